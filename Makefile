@@ -1,0 +1,69 @@
+# make run    start the service and show an answer       make test        the fast test suite, without torch
+# make setup  install what serving needs                 make test-torch  the tests that need torch
+# make image  build the container image                  make lint        ruff, mypy, import rules
+# make weights  train the shipped k-NN again             make clean       remove what these verbs made
+
+PYTHON ?= python3
+PORT   ?= 8000
+VENV   ?= .venv
+VENV_TORCH ?= .venv-torch
+# Pinned: this release has a CPU build for Python 3.11. pyproject.toml gives the range.
+TORCH  ?= torch==2.13.0
+
+# Clouds are small: one thread a process is faster than many, and answers do not depend on the machine.
+export OMP_NUM_THREADS ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
+
+PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
+
+.PHONY: run setup test test-torch lint weights image clean
+.DEFAULT_GOAL := run
+
+run: setup
+	@$(VENV)/bin/primfit serve --demo --port $(PORT)
+
+setup: $(VENV)/.serving
+
+test: $(VENV)/.dev
+	$(VENV)/bin/python -m pytest -m "not slow and not docker"
+
+test-torch: $(VENV_TORCH)/.torch
+	$(VENV_TORCH)/bin/python -m pytest -m torch
+
+lint: $(VENV)/.dev
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports
+
+weights: $(VENV)/.serving
+	$(VENV)/bin/python -m models.training.knn
+
+image:
+	docs/build-image.sh
+
+clean:
+	rm -rf $(VENV) $(VENV_TORCH) build dist primfit.egg-info .image
+
+# A virtual environment and, in it, one stamp for each thing installed; all are redone when pyproject.toml changes.
+%/.python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "primfit needs Python 3.11 or newer, but $(PYTHON) is " + sys.version.split()[0] + ". Name a newer one: make PYTHON=python3.12 $(MAKECMDGOALS)")'
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo 'primfit needs the venv module of $(PYTHON): on Debian and Ubuntu, apt install python3-venv' >&2; exit 1; }
+	@echo 'creating $*'
+	@$(PYTHON) -m venv $*
+	@touch $@
+
+$(VENV)/.serving: pyproject.toml | $(VENV)/.python
+	@echo 'installing primfit into $(VENV) (about a minute, once)'
+	@$(VENV)/bin/python $(PIP_INSTALL) --editable .
+	@touch $@
+
+$(VENV)/.dev: pyproject.toml | $(VENV)/.python
+	@echo 'installing primfit and its development tools into $(VENV) (about two minutes, once)'
+	@$(VENV)/bin/python $(PIP_INSTALL) --editable '.[dev]'
+	@touch $(VENV)/.serving $@
+
+$(VENV_TORCH)/.torch: pyproject.toml | $(VENV_TORCH)/.python
+	@echo 'installing primfit and torch into $(VENV_TORCH) (a few minutes, once)'
+	@$(VENV_TORCH)/bin/python $(PIP_INSTALL) --editable '.[dev,train]' '$(TORCH)'
+	@touch $@
