@@ -1,0 +1,52 @@
+"""What a caller may ask of the fit."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from fitting.errors import InvalidOptionError
+from fitting.primitives import KINDS
+
+Criterion = Literal["robust", "least_squares"]
+CRITERIA: tuple[str, ...] = get_args(Criterion)
+
+
+@dataclass(frozen=True)
+class Config:
+    """Options of `recognize`; a value out of range raises `InvalidOptionError`.
+
+    Attributes
+    ----------
+    kinds : kinds that may be answered, without repetition
+    criterion : `robust` (outliers rejected, exact where the data is exact) or `least_squares` (every
+        point counts alike)
+    max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share
+        of the bounding-box diagonal, in (0, 1]; None derives the limit from the noise of the cloud
+    seed : seed of every random choice, from 0 to 2^63 - 1
+    """
+
+    kinds: tuple[str, ...] = KINDS
+    criterion: Criterion = "robust"
+    max_error: float | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "kinds", tuple(self.kinds))
+        if not self.kinds:
+            raise InvalidOptionError(f"kinds is empty; name at least one of {', '.join(KINDS)}", "kinds")
+        for kind in self.kinds:
+            if kind not in KINDS:
+                raise InvalidOptionError(f"kinds holds {kind!r:.40}; allowed are {', '.join(KINDS)}", "kinds")
+        if len(set(self.kinds)) < len(self.kinds):
+            raise InvalidOptionError("kinds names the same kind twice", "kinds")
+        if self.criterion not in CRITERIA:
+            raise InvalidOptionError(
+                f"criterion is {self.criterion!r:.40}; allowed are {', '.join(CRITERIA)}", "criterion"
+            )
+        if self.max_error is not None and not (math.isfinite(self.max_error) and 0.0 < self.max_error <= 1.0):
+            raise InvalidOptionError(
+                f"max_error is {self.max_error:g}; it is a share of the bounding-box diagonal in (0, 1]",
+                "max_error",
+            )
+        if not 0 <= self.seed < 2**63:
+            raise InvalidOptionError("seed must lie between 0 and 2^63 - 1", "seed")

@@ -1,0 +1,82 @@
+"""Small vector geometry shared by the primitives: unit vectors, bases, tilts and signs."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SIGN_TOLERANCE = 1e-9
+"""Components of a direction below this magnitude do not decide its sign."""
+
+TINY = 1e-300
+"""Added where a distance is divided by, so that points on an axis give 0 instead of NaN."""
+
+
+def vector(values: object) -> Array:
+    """A float64 copy of shape (3,) that nobody can change."""
+    result = np.array(values, dtype=np.float64).reshape(3)
+    result.flags.writeable = False
+    return result
+
+
+def unit(values: object) -> Array:
+    """`vector(values)` divided by its length; raises `ValueError` for a zero or non-finite vector."""
+    direction = np.array(values, dtype=np.float64).reshape(3)
+    largest = np.max(np.abs(direction))
+    if not np.isfinite(largest) or largest == 0.0:
+        raise ValueError(f"a direction needs a finite, non-zero vector, not {direction.tolist()}")
+    direction /= largest
+    return vector(direction / np.sqrt(direction @ direction))
+
+
+def basis(axis: Array) -> tuple[Array, Array]:
+    """Two unit vectors that complete the unit vector `axis` to a right-handed orthonormal frame.
+
+    Source: Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017, listing 3.
+    """
+    x, y, z = axis
+    sign = 1.0 if z >= 0.0 else -1.0
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    u = np.array([1.0 + sign * x * x * a, sign * b, -sign * x])
+    v = np.array([b, sign + y * y * a, -y])
+    return u, v
+
+
+def tilted(axis: Array, along_u: float, along_v: float) -> Array:
+    """`axis` turned by the rotation vector's length towards `along_u * u + along_v * v` of its basis [rad]."""
+    angle = np.hypot(along_u, along_v)
+    if angle == 0.0:
+        return axis
+    u, v = basis(axis)
+    return unit(np.cos(angle) * axis + np.sin(angle) / angle * (along_u * u + along_v * v))
+
+
+def canonical_direction(direction: Array) -> Array:
+    """`direction` or its opposite: the one whose first component above `SIGN_TOLERANCE` is positive."""
+    for component in direction:
+        if abs(component) > SIGN_TOLERANCE:
+            return vector(direction if component > 0.0 else -direction)
+    return direction
+
+
+def around_axis(points: Array, origin: Array, axis: Array) -> tuple[Array, Array, Array]:
+    """Cylindrical coordinates of points about an axis line.
+
+    Returns
+    -------
+    radial : (N, 3) vectors from the axis to the points, orthogonal to it
+    rho : (N,) their lengths
+    height : (N,) signed positions along the axis, 0 at `origin`
+    """
+    relative = points - origin
+    height = relative @ axis
+    radial = relative - height[:, None] * axis
+    rho = np.sqrt(np.einsum("ij,ij->i", radial, radial))
+    return radial, rho, height
+
+
+def foot_of_origin(point: Array, axis: Array) -> Array:
+    """The point of the line through `point` along `axis` that lies closest to the origin."""
+    foot = point - (point @ axis) * axis
+    return foot - (foot @ axis) * axis

@@ -1,0 +1,35 @@
+"""Unit normals of a cloud from local principal components."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fitting.geometry import Array
+
+NEIGHBOURS = 16
+
+
+def estimate_normals(points: Array, k: int = NEIGHBOURS, at: Array | None = None) -> Array:
+    """Normals from the plane through the `k` nearest neighbours; their sign is arbitrary.
+
+    Parameters
+    ----------
+    points : (N, 3) cloud
+    k : neighbours used, the point itself included; fewer where the cloud is smaller
+    at : (M, 3) places to estimate at; the points themselves by default
+
+    Returns
+    -------
+    (N, 3) or (M, 3) unit normals
+
+    Source: Hoppe et al., "Surface reconstruction from unorganized points", SIGGRAPH 1992, section 3.2.
+    """
+    where = points if at is None else at
+    k = min(k, len(points))
+    if k < 3:
+        return np.tile([0.0, 0.0, 1.0], (len(where), 1))
+    _, neighbours = cKDTree(points).query(where, k=k)
+    offsets = points[neighbours]
+    offsets -= offsets.mean(axis=1, keepdims=True)
+    scatter = np.einsum("nki,nkj->nij", offsets, offsets)
+    _, vectors = np.linalg.eigh(scatter)
+    return vectors[:, :, 0]

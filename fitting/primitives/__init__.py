@@ -1,0 +1,67 @@
+"""The five primitives, from the simplest to the most general, and the contract that they share."""
+
+from dataclasses import fields
+from typing import ClassVar, Protocol, Self
+
+from fitting.geometry import Array
+from fitting.primitives.cone import Cone
+from fitting.primitives.cylinder import Cylinder
+from fitting.primitives.plane import Plane
+from fitting.primitives.sphere import Sphere
+from fitting.primitives.torus import Torus
+
+__all__ = ["KINDS", "PRIMITIVES", "Cone", "Cylinder", "Plane", "Primitive", "Sphere", "Torus", "parameters"]
+
+
+class Primitive(Protocol):
+    """A frozen surface. Points are (N, 3); lengths carry the unit of the points, angles are radians."""
+
+    kind: ClassVar[str]
+    dof: ClassVar[int]
+
+    def signed_distance(self, points: Array) -> Array:
+        """Signed orthogonal distances, shape (N,), positive on the outer side."""
+        ...
+
+    def linearize(self, points: Array) -> tuple[Array, Array]:
+        """Signed distances (N,) and their derivatives (N, dof) by a step in minimal coordinates.
+
+        The coordinates turn an axis about the point of it that lies closest to the origin, so the points
+        should be centred there.
+        """
+        ...
+
+    def stepped(self, step: Array) -> Self:
+        """The surface after a step of shape (dof,) in the coordinates of `linearize`."""
+        ...
+
+    def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
+        """The surface carried along by  x -> scale * rotation @ x + translation."""
+        ...
+
+    def canonical(self, center: Array) -> Self:
+        """The same surface in its one sign and order; free points are those closest to `center`."""
+        ...
+
+    def simpler_kinds(self, extent: float) -> tuple[str, ...]:
+        """Simpler kinds that this surface nearly is, over a cloud whose rms radius is `extent`."""
+        ...
+
+    def surface(self, u: Array, v: Array) -> Array:
+        """Points of the surface, shape (..., 3), at parameters that broadcast against each other."""
+        ...
+
+
+PRIMITIVES: dict[str, type[Primitive]] = {
+    primitive.kind: primitive for primitive in (Plane, Sphere, Cylinder, Cone, Torus)
+}
+KINDS: tuple[str, ...] = tuple(PRIMITIVES)
+
+
+def parameters(primitive: Primitive) -> dict[str, str | float | list[float]]:
+    """The public parameters as plain values, `kind` first."""
+    values: dict[str, str | float | list[float]] = {"kind": primitive.kind}
+    for field in fields(primitive):  # type: ignore[arg-type]
+        value = getattr(primitive, field.name)
+        values[field.name] = value if isinstance(value, float) else value.tolist()
+    return values

@@ -1,0 +1,87 @@
+"""The right circular cylinder: an axis line and a radius.
+
+Signed distance, with the unit axis a, a point p of it and the radius r:  d(x) = rho - r, where
+h = a . (x - p), q = (x - p) - h a and rho = |q|.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from fitting.geometry import (
+    TINY,
+    Array,
+    around_axis,
+    basis,
+    canonical_direction,
+    foot_of_origin,
+    tilted,
+    unit,
+    vector,
+)
+
+PLANE_LIKE = 5.0
+"""A radius beyond this many extents asks for a look at the plane."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinder:
+    """An infinite cylinder about the line through `point` along the unit `axis`; positive outside."""
+
+    axis: Array
+    point: Array
+    radius: float
+
+    kind: ClassVar[str] = "cylinder"
+    dof: ClassVar[int] = 5
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axis", unit(self.axis))
+        object.__setattr__(self, "point", vector(self.point))
+        object.__setattr__(self, "radius", float(self.radius))
+
+    def signed_distance(self, points: Array) -> Array:
+        _, rho, _ = around_axis(points, self.point, self.axis)
+        return rho - self.radius
+
+    def linearize(self, points: Array) -> tuple[Array, Array]:
+        """Distance and its derivative by (tilt u, tilt v, shift u, shift v, radius).
+
+        The axis turns about the foot f of the origin. A tilt da changes q by -h da - (x.da) a, and q is
+        orthogonal to a, so  drho = -h (q.da)/rho;  a shift df of the axis gives  drho = -(q.df)/rho.
+        """
+        u, v = basis(self.axis)
+        radial, rho, height = around_axis(points, foot_of_origin(self.point, self.axis), self.axis)
+        outward = radial / (rho + TINY)[:, None]
+        jacobian = np.empty((len(points), 5))
+        jacobian[:, 2] = -(outward @ u)
+        jacobian[:, 3] = -(outward @ v)
+        jacobian[:, 0] = height * jacobian[:, 2]
+        jacobian[:, 1] = height * jacobian[:, 3]
+        jacobian[:, 4] = -1.0
+        return rho - self.radius, jacobian
+
+    def stepped(self, step: Array) -> Self:
+        u, v = basis(self.axis)
+        foot = foot_of_origin(self.point, self.axis) + step[2] * u + step[3] * v
+        return type(self)(tilted(self.axis, step[0], step[1]), foot, abs(self.radius + step[4]))
+
+    def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
+        return type(self)(rotation @ self.axis, scale * (rotation @ self.point) + translation, scale * self.radius)
+
+    def canonical(self, center: Array) -> Self:
+        """Same cylinder, axis in its canonical sign, point closest to `center`."""
+        return type(self)(
+            canonical_direction(self.axis), center + foot_of_origin(self.point - center, self.axis), self.radius
+        )
+
+    def simpler_kinds(self, extent: float) -> tuple[str, ...]:
+        return ("plane",) if self.radius > PLANE_LIKE * extent else ()
+
+    def surface(self, u: Array, v: Array) -> Array:
+        """Points at azimuth `u` [rad] and signed height `v` from `point`."""
+        u, v = np.broadcast_arrays(u, v)
+        along_u, along_v = basis(self.axis)
+        ring = np.multiply.outer(np.cos(u), along_u) + np.multiply.outer(np.sin(u), along_v)
+        return self.point + self.radius * ring + np.multiply.outer(v, self.axis)

@@ -1,0 +1,61 @@
+"""The plane: a unit normal and a point.
+
+Signed distance, with the normal n and the point p:  d(x) = n . (x - p).
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from fitting.geometry import Array, basis, canonical_direction, tilted, unit, vector
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A plane through `point` with unit `normal`; positive on the side the normal points to."""
+
+    normal: Array
+    point: Array
+
+    kind: ClassVar[str] = "plane"
+    dof: ClassVar[int] = 3
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", unit(self.normal))
+        object.__setattr__(self, "point", vector(self.point))
+
+    def signed_distance(self, points: Array) -> Array:
+        return (points - self.point) @ self.normal
+
+    def linearize(self, points: Array) -> tuple[Array, Array]:
+        """Distance and its derivative by (tilt u, tilt v, offset), turned about the foot of the origin.
+
+        With n' = n + a u + b v and the foot f = n (n . p) moved by c n:  dd = a u.x + b v.x - c, because
+        f is along n and so u.f = v.f = 0.
+        """
+        u, v = basis(self.normal)
+        jacobian = np.empty((len(points), 3))
+        jacobian[:, 0] = points @ u
+        jacobian[:, 1] = points @ v
+        jacobian[:, 2] = -1.0
+        return self.signed_distance(points), jacobian
+
+    def stepped(self, step: Array) -> Self:
+        foot = (self.normal @ self.point + step[2]) * self.normal
+        return type(self)(tilted(self.normal, step[0], step[1]), foot)
+
+    def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
+        return type(self)(rotation @ self.normal, scale * (rotation @ self.point) + translation)
+
+    def canonical(self, center: Array) -> Self:
+        """Same plane, normal in its canonical sign, point closest to `center`."""
+        return type(self)(canonical_direction(self.normal), center - self.signed_distance(center) * self.normal)
+
+    def simpler_kinds(self, extent: float) -> tuple[str, ...]:
+        return ()
+
+    def surface(self, u: Array, v: Array) -> Array:
+        """Points at lengths `u`, `v` along two directions in the plane, from `point`."""
+        along_u, along_v = basis(self.normal)
+        return self.point + np.multiply.outer(u, along_u) + np.multiply.outer(v, along_v)

@@ -1,0 +1,60 @@
+"""The sphere: a centre and a radius.
+
+Signed distance, with the centre c and the radius r:  d(x) = |x - c| - r.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from fitting.geometry import TINY, Array, vector
+
+PLANE_LIKE = 5.0
+"""A radius beyond this many extents asks for a look at the plane."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere:
+    """A sphere; positive outside."""
+
+    center: Array
+    radius: float
+
+    kind: ClassVar[str] = "sphere"
+    dof: ClassVar[int] = 4
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", vector(self.center))
+        object.__setattr__(self, "radius", float(self.radius))
+
+    def signed_distance(self, points: Array) -> Array:
+        relative = points - self.center
+        return np.sqrt(np.einsum("...j,...j->...", relative, relative)) - self.radius
+
+    def linearize(self, points: Array) -> tuple[Array, Array]:
+        """Distance and its derivative by (centre, radius):  dd = -(x - c)/|x - c| . dc - dr."""
+        relative = points - self.center
+        length = np.sqrt(np.einsum("ij,ij->i", relative, relative))
+        jacobian = np.empty((len(points), 4))
+        jacobian[:, :3] = -relative / (length + TINY)[:, None]
+        jacobian[:, 3] = -1.0
+        return length - self.radius, jacobian
+
+    def stepped(self, step: Array) -> Self:
+        return type(self)(self.center + step[:3], abs(self.radius + step[3]))
+
+    def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
+        return type(self)(scale * (rotation @ self.center) + translation, scale * self.radius)
+
+    def canonical(self, center: Array) -> Self:
+        return self
+
+    def simpler_kinds(self, extent: float) -> tuple[str, ...]:
+        return ("plane",) if self.radius > PLANE_LIKE * extent else ()
+
+    def surface(self, u: Array, v: Array) -> Array:
+        """Points at azimuth `u` and polar angle `v` [rad]."""
+        u, v = np.broadcast_arrays(u, v)
+        ring = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+        return self.center + self.radius * ring

@@ -1,0 +1,99 @@
+"""The torus: a centre, an axis, the radius of the tube's centre circle and the radius of the tube.
+
+Signed distance, with the centre c, the unit axis a, h = a . (x - c), rho = distance to the axis, the
+radii R (major) and r (minor):  d(x) = w - r  with  w = hypot(rho - R, h).
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from fitting.geometry import TINY, Array, around_axis, basis, canonical_direction, tilted, unit, vector
+
+CYLINDER_LIKE = 5.0
+"""A major radius beyond this many extents asks for a look at the cylinder."""
+
+SPHERE_LIKE = 0.1
+"""A major radius below this share of the minor one asks for a look at the sphere."""
+
+
+@dataclass(frozen=True, eq=False)
+class Torus:
+    """A torus; positive outside the tube. `major_radius` below `minor_radius` is a spindle torus."""
+
+    center: Array
+    axis: Array
+    major_radius: float
+    minor_radius: float
+
+    kind: ClassVar[str] = "torus"
+    dof: ClassVar[int] = 7
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", vector(self.center))
+        object.__setattr__(self, "axis", unit(self.axis))
+        object.__setattr__(self, "major_radius", float(self.major_radius))
+        object.__setattr__(self, "minor_radius", float(self.minor_radius))
+
+    def signed_distance(self, points: Array) -> Array:
+        _, rho, height = around_axis(points, self.center, self.axis)
+        return np.hypot(rho - self.major_radius, height) - self.minor_radius
+
+    def linearize(self, points: Array) -> tuple[Array, Array]:
+        """Distance and its derivative by (tilt u, tilt v, shift u, shift v, shift a, major, minor radius).
+
+        With g = (rho - R, h) / w:  dd = g0 drho + g1 dh;  a tilt da about the centre gives
+        drho = -h (q.da)/rho, dh = q.da;  a shift df across the axis  drho = -(q.df)/rho, dh = 0;
+        along it  drho = 0, dh = -1;  dR: -g0;  dr: -1.
+        """
+        u, v = basis(self.axis)
+        radial, rho, height = around_axis(points, self.center, self.axis)
+        tube = np.hypot(rho - self.major_radius, height)
+        g_rho = (rho - self.major_radius) / (tube + TINY)
+        g_height = height / (tube + TINY)
+        along_u, along_v = radial @ u, radial @ v
+        per_rho = g_rho / (rho + TINY)
+        lean = g_height - height * per_rho
+        jacobian = np.empty((len(points), 7))
+        jacobian[:, 0] = along_u * lean
+        jacobian[:, 1] = along_v * lean
+        jacobian[:, 2] = -along_u * per_rho
+        jacobian[:, 3] = -along_v * per_rho
+        jacobian[:, 4] = -g_height
+        jacobian[:, 5] = -g_rho
+        jacobian[:, 6] = -1.0
+        return tube - self.minor_radius, jacobian
+
+    def stepped(self, step: Array) -> Self:
+        u, v = basis(self.axis)
+        return type(self)(
+            self.center + step[2] * u + step[3] * v + step[4] * self.axis,
+            tilted(self.axis, step[0], step[1]),
+            abs(self.major_radius + step[5]),
+            abs(self.minor_radius + step[6]),
+        )
+
+    def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
+        return type(self)(
+            scale * (rotation @ self.center) + translation,
+            rotation @ self.axis,
+            scale * self.major_radius,
+            scale * self.minor_radius,
+        )
+
+    def canonical(self, center: Array) -> Self:
+        return type(self)(self.center, canonical_direction(self.axis), self.major_radius, self.minor_radius)
+
+    def simpler_kinds(self, extent: float) -> tuple[str, ...]:
+        if self.major_radius < SPHERE_LIKE * self.minor_radius:
+            return ("sphere",)
+        return ("cylinder",) if self.major_radius > CYLINDER_LIKE * extent else ()
+
+    def surface(self, u: Array, v: Array) -> Array:
+        """Points at azimuth `u` around the axis and angle `v` around the tube [rad], 0 at the outer equator."""
+        u, v = np.broadcast_arrays(u, v)
+        along_u, along_v = basis(self.axis)
+        ring = np.multiply.outer(np.cos(u), along_u) + np.multiply.outer(np.sin(u), along_v)
+        rho = self.major_radius + self.minor_radius * np.cos(v)
+        return self.center + rho[..., None] * ring + np.multiply.outer(self.minor_radius * np.sin(v), self.axis)

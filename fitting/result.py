@@ -1,0 +1,72 @@
+"""What `recognize` hands back: values, never exceptions, for every expected outcome."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from fitting.primitives import Primitive
+
+Status = Literal["fitted", "ambiguous", "no_fit"]
+Outcome = Literal["accepted", "refused", "failed"]
+
+
+@dataclass(frozen=True)
+class ErrorSummary:
+    """Orthogonal distances of all points, in the unit of the input.
+
+    Attributes
+    ----------
+    rms, mean, p95, max : of the absolute distances
+    relative_mean : mean over the bounding-box diagonal (the SHREC 2022 track's mean fitting error)
+    inlier_share : share of the points not rejected as outliers
+    exact_share : share of the points that lie on the surface within the resolution of the input; 0 where
+        that many could lie there by accident
+    noise_scale : standard deviation of the inliers that are not exact; 0 where all of them are
+    """
+
+    rms: float
+    mean: float
+    p95: float
+    max: float
+    relative_mean: float
+    inlier_share: float
+    exact_share: float
+    noise_scale: float
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One kind that was tried: what it reached and why it was accepted, refused, or failed."""
+
+    kind: str
+    probability: float | None
+    outcome: Outcome
+    reason: str
+    primitive: Primitive | None
+    error: ErrorSummary | None
+
+
+@dataclass(frozen=True)
+class Recognition:
+    """The answer for one cloud.
+
+    `primitive` is the accepted one; with status `ambiguous` the first of several (the rest stand in
+    `alternatives`), with `no_fit` the best try, and None only if every attempt failed.
+    """
+
+    status: Status
+    primitive: Primitive | None
+    alternatives: tuple[Primitive, ...]
+    error: ErrorSummary | None
+    attempts: tuple[Attempt, ...]
+    message: str
+    n_points: int
+
+
+@dataclass(frozen=True)
+class FailedFit:
+    """A fit that cannot be had, as a falsy value with a sentence that says why."""
+
+    reason: str
+
+    def __bool__(self) -> bool:
+        return False
