@@ -1,0 +1,68 @@
+"""Bytes to `Cloud`, by content and never by name.
+
+A new format is one file and one line in `_SIGNATURES`.
+"""
+
+from pathlib import Path
+
+from app.readers.cloud import Cloud
+from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
+from app.readers.json_points import read_json
+from app.readers.npy import read_npy
+from app.readers.ply import read_ply
+from app.readers.text import read_text
+
+__all__ = [
+    "Cloud",
+    "FieldError",
+    "InvalidPointsError",
+    "TooLargeError",
+    "UnreadableFileError",
+    "read",
+    "read_file",
+    "read_json",
+]
+
+_SIGNATURES = {b"\x93NUMPY": read_npy, b"ply\n": read_ply, b"ply\r": read_ply}
+_UNSUPPORTED = {
+    b"PK\x03\x04": "a ZIP archive (NPZ?)",
+    b"\x1f\x8b": "compressed by gzip",
+    b"\x28\xb5\x2f\xfd": "compressed by zstd",
+    b"LASF": "LAS or LAZ",
+    b"ASTM-E57": "E57",
+    b"# .PCD": "PCD",
+    b"glTF": "GLB",
+    b"\x80\x03": "a Python pickle",
+    b"\x80\x04": "a Python pickle",
+    b"\x80\x05": "a Python pickle",
+    b"\xff\xfe": "text in UTF-16; save it as UTF-8",
+    b"\xfe\xff": "text in UTF-16; save it as UTF-8",
+}
+
+
+def read(data: bytes | memoryview, max_points: int | None = None) -> Cloud:
+    """Read a cloud of any known format: CSV, XYZ, TXT, NPY, PLY, or JSON with `points`.
+
+    Raises `UnreadableFileError`, or of its kinds `InvalidPointsError` and `TooLargeError`.
+    """
+    view = memoryview(data)
+    start = bytes(view[:16])
+    for signature, reader in _SIGNATURES.items():
+        if start.startswith(signature):
+            return reader(view, max_points)
+    for signature, name in _UNSUPPORTED.items():
+        if start.startswith(signature):
+            raise UnreadableFileError(
+                "file", f"the file is {name}; CSV, XYZ, TXT, NPY, PLY and JSON are read"
+            )
+    if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
+        cloud, options = read_json(view, max_points)
+        if options:
+            raise UnreadableFileError("options", "options belong beside the file, not into it")
+        return cloud
+    return read_text(view, max_points)
+
+
+def read_file(path: str | Path, max_points: int | None = None) -> Cloud:
+    """Read a cloud from a file; `OSError` where it cannot be opened."""
+    return read(Path(path).read_bytes(), max_points)

@@ -1,0 +1,58 @@
+"""The one object that REST, command line and Python call: points in, `Recognition` out."""
+
+from collections.abc import Sequence
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fitting.config import Config, Criterion
+from fitting.errors import InvalidOptionError, InvalidPointCloudError
+from fitting.primitives import KINDS
+from fitting.recognize import recognize
+from fitting.result import Recognition
+from models import CLASSIFIERS, load_classifier
+
+__all__ = ["InvalidOptionError", "InvalidPointCloudError", "Recognition", "fit"]
+
+
+def fit(
+    points: ArrayLike,
+    *,
+    kinds: Sequence[str] | None = None,
+    classifier: str = "knn",
+    criterion: str = "robust",
+    max_error: float | None = None,
+    seed: int = 0,
+    normals: ArrayLike | None = None,
+) -> Recognition:
+    """Say which primitive a cloud is, with its parameters and the trail of attempts.
+
+    Parameters
+    ----------
+    points : (N, 3), any unit of length
+    kinds : kinds that may be answered; None allows all
+    classifier : who ranks the kinds: `knn`, or `none` to try all of them and select
+    criterion : `robust`, or `least_squares` over all points alike
+    max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share of the
+        bounding-box diagonal; None derives the threshold from the cloud's own noise
+    seed : of every random choice; the same seed gives the same answer
+    normals : (N, 3) unit normals with arbitrary signs, or None to estimate them
+
+    Raises
+    ------
+    InvalidPointCloudError
+        The points are not finite (N, 3), or too few, identical or collinear.
+    InvalidOptionError
+        An option is unknown or out of range.
+    """
+    if classifier not in CLASSIFIERS:
+        raise InvalidOptionError(f"classifier must be one of {', '.join(CLASSIFIERS)}", "classifier")
+    config = Config(
+        kinds=KINDS if kinds is None else tuple(kinds),
+        criterion=cast(Criterion, criterion),
+        max_error=max_error,
+        seed=seed,
+    )
+    given = None if normals is None else np.asarray(normals, np.float64)
+    return recognize(np.asarray(points, np.float64), config, load_classifier(classifier), given)

@@ -1,0 +1,128 @@
+"""A cloud as read: points, normals where the file has them, and where both were found."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.readers.errors import SHOWN, FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
+
+Array = NDArray[np.float64]
+
+_ALIASES = {
+    "x": ("x", "px", "pos_x", "pointx", "point_x", "coord_x", "points:0", "points_0"),
+    "y": ("y", "py", "pos_y", "pointy", "point_y", "coord_y", "points:1", "points_1"),
+    "z": ("z", "pz", "pos_z", "pointz", "point_z", "coord_z", "points:2", "points_2"),
+    "nx": ("nx", "normal_x", "normalx", "normals:0", "normals_0"),
+    "ny": ("ny", "normal_y", "normaly", "normals:1", "normals_1"),
+    "nz": ("nz", "normal_z", "normalz", "normals:2", "normals_2"),
+}
+_NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in aliases}
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Points (N, 3) float64, the columns they were read from, unit normals (N, 3) or None, and the format."""
+
+    points: Array
+    columns: tuple[str, ...]
+    normals: Array | None
+    format: str
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Positions of x, y, z and, where present, nx, ny, nz in a table, and their names in the file."""
+
+    names: tuple[str, ...]
+    points: tuple[int, ...]
+    normals: tuple[int, ...] = ()
+
+    @property
+    def used(self) -> tuple[int, ...]:
+        return self.points + self.normals
+
+    def packed(self) -> "Columns":
+        """The same columns in a table that holds only the used ones, in their order."""
+        return Columns(self.names, (0, 1, 2), (3, 4, 5) if self.normals else ())
+
+
+def canonical(name: str) -> str | None:
+    """Which of x, y, z, nx, ny, nz a column name means: `X [mm]`, `//X` and `point_x` all mean x."""
+    bare = re.sub(r"[\[(].*$", "", name.strip().strip("\"'").lstrip("/#").strip()).strip().lower()
+    return _NAME_OF.get(bare.replace(" ", "_"))
+
+
+def find_columns(names: Sequence[str]) -> Columns:
+    """Pick the coordinate and normal columns of a table by name."""
+    places: dict[str, list[int]] = {}
+    for index, name in enumerate(names):
+        meaning = canonical(name)
+        if meaning is not None:
+            places.setdefault(meaning, []).append(index)
+    for meaning, found in places.items():
+        if len(found) > 1:
+            raise UnreadableFileError("header", f"{len(found)} columns are named {meaning}; keep one of them")
+    missing = [name for name in "xyz" if name not in places]
+    if missing:
+        raise UnreadableFileError(
+            "header",
+            f"no column named {', '.join(missing)} among {len(names)}; name the coordinates x, y, z",
+        )
+    wanted = ["x", "y", "z"]
+    if all(name in places for name in ("nx", "ny", "nz")):
+        wanted += ["nx", "ny", "nz"]
+    indices = [places[name][0] for name in wanted]
+    return Columns(tuple(names[i].strip()[:40] for i in indices), tuple(indices[:3]), tuple(indices[3:]))
+
+
+def count_columns(width: int) -> Columns:
+    """Columns of a table without names: the first three are x, y, z, the rest is not used."""
+    if width < 3:
+        raise UnreadableFileError("file", f"rows hold {width} values; a point needs x, y and z")
+    return Columns(("x", "y", "z"), (0, 1, 2))
+
+
+def check_count(n_points: int, limit: int | None, field: str = "file") -> None:
+    """Raise `TooLargeError` when a cloud holds more points than the limit."""
+    if limit is not None and n_points > limit:
+        raise TooLargeError(field, f"{n_points} points; the limit is {limit}", f"{n_points} points")
+
+
+def build_cloud(table: Array, columns: Columns, format: str) -> Cloud:
+    """Cut points and normals out of a table (N, C) and check that every coordinate is finite."""
+    points = np.ascontiguousarray(table[:, columns.points], dtype=np.float64)
+    check_finite(points)
+    normals = _unit(table[:, columns.normals]) if columns.normals else None
+    names = columns.names if normals is not None else columns.names[:3]
+    return Cloud(points, names, normals, format)
+
+
+def check_finite(points: Array) -> None:
+    """Raise `InvalidPointsError` naming the first coordinates that are NaN or infinite."""
+    if np.isfinite(points).all():
+        return
+    bad = np.argwhere(~np.isfinite(points))
+    errors = [
+        FieldError(
+            f"points[{i}][{j}]",
+            "not a finite number; every coordinate must be one",
+            "NaN" if np.isnan(points[i, j]) else "infinity",
+        )
+        for i, j in bad[:SHOWN]
+    ]
+    raise InvalidPointsError(
+        errors[0].field,
+        f"{len(bad)} coordinates are NaN or infinite; every one must be finite",
+        errors=errors,
+    )
+
+
+def _unit(normals: Array) -> Array | None:
+    """Normals scaled to length 1, or None where one of them has no direction: then none is trusted."""
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    if not (np.isfinite(lengths).all() and (lengths > 0.0).all()):
+        return None
+    return np.ascontiguousarray(normals / lengths, dtype=np.float64)

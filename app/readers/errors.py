@@ -1,0 +1,52 @@
+"""What can be wrong with the bytes of a cloud; no message ever repeats the input."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+SHOWN = 20
+
+
+@dataclass(frozen=True)
+class FieldError:
+    """One bad field: its name (`points[17][2]`, `line 4`), what is wrong, and the class of the value found."""
+
+    field: str
+    message: str
+    value: str | None = None
+
+
+class UnreadableFileError(ValueError):
+    """The bytes are not a cloud; `field` and `message` say where and why, `errors` lists the first bad fields."""
+
+    def __init__(
+        self, field: str, message: str, value: str | None = None, errors: Sequence[FieldError] = ()
+    ) -> None:
+        super().__init__(message)
+        self.field = field
+        self.message = message
+        self.errors = tuple(errors)[:SHOWN] or (FieldError(field, message, value),)
+
+
+class InvalidPointsError(UnreadableFileError):
+    """The file is readable, but what it holds are not finite points (N, 3)."""
+
+
+class TooLargeError(UnreadableFileError):
+    """The input is over a limit; the message names the limit."""
+
+
+def describe(value: object) -> str:
+    """The class of a parsed value, in words and without its content."""
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return "boolean"
+        case str():
+            return f"string of {len(value)} characters"
+        case list():
+            return f"array of {len(value)}"
+        case dict():
+            return "object"
+        case _:
+            return "number"

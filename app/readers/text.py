@@ -1,0 +1,213 @@
+"""CSV, XYZ and TXT: rows of numbers, with delimiter, header and comments found by looking."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import BytesIO, TextIOWrapper
+
+import numpy as np
+
+from app.readers.cloud import (
+    Cloud,
+    Columns,
+    build_cloud,
+    canonical,
+    check_count,
+    count_columns,
+    find_columns,
+)
+from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
+
+_SAMPLE = 20
+_LINE_LIMIT = 64 * 1024
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
+_COMMENT = ("#", "//")
+_DELIMITER_NAMES = {",": "comma", ";": "semicolon", "\t": "tab", None: "white space"}
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """How a text is written: delimiter (None is white space), line of the first row, its width and columns."""
+
+    delimiter: str | None
+    first_line: int
+    width: int
+    columns: Columns
+
+
+def read_text(data: memoryview, max_points: int | None = None) -> Cloud:
+    """Read a text of one point a line."""
+    text = bytes(data).removeprefix(b"\xef\xbb\xbf")
+    if b"\n" not in text:
+        text = text.replace(b"\r", b"\n")
+    if b"\0" in text:
+        raise UnreadableFileError("file", "neither text nor a format that is known (CSV, XYZ, TXT, NPY, PLY)")
+    if max_points is not None:
+        check_count(text.count(b"\n") // 2 - 1000, max_points)
+    layout = _look(text)
+    try:
+        table = _load(text, layout)
+    except ValueError:
+        raise _explain(text, layout) from None
+    check_count(len(table), max_points)
+    return build_cloud(table, layout.columns.packed(), "text")
+
+
+def _lines(text: bytes) -> Iterator[str]:
+    return iter(TextIOWrapper(BytesIO(text), "utf-8", errors="replace"))
+
+
+def _look(text: bytes) -> _Layout:
+    """Delimiter, header and columns from the first lines."""
+    sample: list[tuple[int, str]] = []
+    comments: list[str] = []
+    for number, line in enumerate(_lines(text), 1):
+        if len(line) > _LINE_LIMIT:
+            raise UnreadableFileError(f"line {number}", "the line is over 64 KiB long")
+        stripped = line.strip()
+        if stripped.startswith(_COMMENT):
+            comments = [*comments, stripped][-1:] if not sample else comments
+        elif stripped:
+            sample.append((number, stripped))
+        if len(sample) >= _SAMPLE:
+            break
+    if not sample:
+        raise InvalidPointsError("file", "the file holds no points")
+    delimiter = _delimiter([line for _, line in sample])
+    head = _cells(sample[0][1], delimiter)
+    has_header = not any(_is_number(cell) for cell in head)
+    if has_header and len(sample) == 1:
+        raise InvalidPointsError("file", "the file holds no rows of numbers")
+    first_line, first = sample[1] if has_header else sample[0]
+    width = len(_cells(first, delimiter))
+    names = head if has_header else _commented_header(comments, delimiter, width)
+    if names is None:
+        _refuse_decimal_comma_pairs([line for _, line in sample], delimiter)
+        return _Layout(delimiter, first_line, width, count_columns(width))
+    if len(names) != width:
+        raise UnreadableFileError(
+            "header", f"the header names {len(names)} columns, line {first_line} holds {width}"
+        )
+    return _Layout(delimiter, first_line, width, find_columns(names))
+
+
+def _delimiter(lines: list[str]) -> str | None:
+    """Semicolon, tab, comma or white space, whichever the first lines are cut by."""
+    body = lines[1:] or lines
+    for delimiter in (";", "\t"):
+        if all(delimiter in line for line in body):
+            if any(_DECIMAL_COMMA.fullmatch(cell) for line in body for cell in _cells(line, delimiter)):
+                raise _decimal_comma(delimiter)
+            return delimiter
+    for line in body:
+        cells = line.split()
+        if len(cells) >= 2 and all(_DECIMAL_COMMA.fullmatch(cell) for cell in cells):
+            raise _decimal_comma(None)
+    return "," if any("," in line for line in body) else None
+
+
+def _decimal_comma(delimiter: str | None) -> UnreadableFileError:
+    name = _DELIMITER_NAMES[delimiter]
+    return UnreadableFileError(
+        "file", f"columns are cut by {name} and numbers use a decimal comma; write a decimal point"
+    )
+
+
+def _refuse_decimal_comma_pairs(lines: list[str], delimiter: str | None) -> None:
+    """Six bare integers a row without a header may be three numbers with decimal commas: nobody can tell."""
+    if delimiter == "," and all(re.fullmatch(r"[+-]?\d+(\s*,\s*[+-]?\d+){5}", line) for line in lines):
+        raise UnreadableFileError(
+            "file",
+            "rows hold six integers: either six columns, or three numbers with decimal commas; "
+            "name the columns in a header line, or write a decimal point",
+        )
+
+
+def _commented_header(comments: list[str], delimiter: str | None, width: int) -> list[str] | None:
+    """Names in the last comment before the rows, as `# x y z` and `//X Y Z`."""
+    for line in comments:
+        bare = line.lstrip("/# ")
+        for names in (_cells(bare, delimiter), bare.split()):
+            if len(names) == width and {"x", "y", "z"} <= {canonical(name) for name in names}:
+                return names
+    return None
+
+
+def _cells(line: str, delimiter: str | None) -> list[str]:
+    if delimiter is not None:
+        line = line.rstrip().rstrip(delimiter)
+    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell and cell.isascii()
+
+
+def _rows(text: bytes, layout: _Layout) -> Iterator[tuple[int, str]]:
+    """Line number and text of each row, without comments, blank lines and trailing delimiters."""
+    tail = layout.delimiter or " "
+    for number, line in enumerate(_lines(text), 1):
+        if number < layout.first_line:
+            continue
+        if "#" in line or "//" in line:
+            line = re.split("#|//", line, maxsplit=1)[0]
+        line = line.rstrip().rstrip(tail)
+        if line:
+            yield number, line
+
+
+def _width(line: str, layout: _Layout) -> int:
+    if layout.delimiter is None:
+        return len(line.split())
+    return line.count(layout.delimiter) + 1
+
+
+def _load(text: bytes, layout: _Layout) -> np.ndarray:
+    """The used columns as a table; ragged rows and words raise ValueError."""
+    quoted = b'"' in text
+
+    def even_rows() -> Iterator[str]:
+        for _, line in _rows(text, layout):
+            if not quoted and _width(line, layout) != layout.width:
+                raise ValueError
+            yield line
+
+    return np.loadtxt(
+        even_rows(),
+        np.float64,
+        comments=None,
+        delimiter=layout.delimiter,
+        usecols=layout.columns.used,
+        ndmin=2,
+        quotechar='"' if quoted else None,
+    )
+
+
+def _explain(text: bytes, layout: _Layout) -> UnreadableFileError:
+    """Which rows are ragged or hold words: the first of them by line, and how many there are."""
+    errors: list[FieldError] = []
+    n_bad = 0
+    for number, line in _rows(text, layout):
+        cells = _cells(line, layout.delimiter)
+        if len(cells) != layout.width:
+            message = f"the row holds {len(cells)} values, the first row {layout.width}"
+            bad = [FieldError(f"line {number}", message)]
+        else:
+            bad = [
+                FieldError(f"line {number}, column {index + 1}", "not a number", _describe(cells[index]))
+                for index in layout.columns.used
+                if not _is_number(cells[index])
+            ]
+        n_bad += bool(bad)
+        errors += bad[: SHOWN - len(errors)]
+    if not errors:
+        return UnreadableFileError("file", "the rows are not numbers cut by one delimiter")
+    return InvalidPointsError(errors[0].field, f"{n_bad} rows are not {layout.width} numbers", errors=errors)
+
+
+def _describe(cell: str) -> str:
+    return f"string of {len(cell)} characters" if cell else "empty"
