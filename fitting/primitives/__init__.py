@@ -3,6 +3,8 @@
 from dataclasses import fields
 from typing import ClassVar, Protocol, Self
 
+import numpy as np
+
 from fitting.geometry import Array
 from fitting.primitives.cone import Cone
 from fitting.primitives.cylinder import Cylinder
@@ -37,6 +39,14 @@ class Primitive(Protocol):
 
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
         """The surface carried along by  x -> scale * rotation @ x + translation."""
+        ...
+
+    @classmethod
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
+        """Closed-form starts from a sample (N, 3) with unit normals (N, 3), in the normalised frame.
+
+        Normals help, but poor ones do no harm: starts that need none are always among them.
+        """
         ...
 
     def canonical(self, center: Array) -> Self:

@@ -14,6 +14,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from fitting.axes import axis_directions, in_bases, robust_linear_solve
 from fitting.geometry import TINY, Array, around_axis, basis, foot_of_origin, tilted, unit, vector
 
 SMALLEST_ANGLE = 1e-9
@@ -94,6 +95,21 @@ class Cone:
 
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
         return type(self)(scale * (rotation @ self.apex) + translation, rotation @ self.axis, self.half_angle)
+
+    @classmethod
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
+        """For each candidate direction the quadric  x^2 + y^2 = a x + b y + m h^2 + e h + f,  m = tan^2 t."""
+        bases, x, y, height = in_bases(points, axis_directions(points, normals))
+        design = np.stack([x, y, height**2, height, np.ones_like(x)], axis=-1)
+        solution = robust_linear_solve(design, x**2 + y**2)
+        guesses: list[Self] = []
+        for base, (a, b, m, e, _) in zip(bases, solution, strict=True):
+            m = min(max(m, 0.01), 100.0)
+            apex_height = -e / (2.0 * m)
+            apex = a / 2.0 * base[0] + b / 2.0 * base[1] + apex_height * base[2]
+            side = 1.0 if np.median(points @ base[2]) > apex_height else -1.0
+            guesses.append(cls(apex, side * base[2], np.arctan(np.sqrt(m))))
+        return guesses
 
     def canonical(self, center: Array) -> Self:
         return self

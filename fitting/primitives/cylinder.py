@@ -9,6 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from fitting.axes import axis_directions, circles, in_bases
 from fitting.geometry import (
     TINY,
     Array,
@@ -68,12 +69,26 @@ class Cylinder:
         return type(self)(tilted(self.axis, step[0], step[1]), foot, abs(self.radius + step[4]))
 
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
-        return type(self)(rotation @ self.axis, scale * (rotation @ self.point) + translation, scale * self.radius)
+        return type(self)(
+            rotation @ self.axis, scale * (rotation @ self.point) + translation, scale * self.radius
+        )
+
+    @classmethod
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
+        """For each candidate direction, the circle through the points seen along it."""
+        bases, x, y, _ = in_bases(points, axis_directions(points, normals))
+        center_x, center_y, radii = circles(x, y)
+        centers = center_x[:, None] * bases[:, 0] + center_y[:, None] * bases[:, 1]
+        return [
+            cls(base[2], center, radius) for base, center, radius in zip(bases, centers, radii, strict=True)
+        ]
 
     def canonical(self, center: Array) -> Self:
         """Same cylinder, axis in its canonical sign, point closest to `center`."""
         return type(self)(
-            canonical_direction(self.axis), center + foot_of_origin(self.point - center, self.axis), self.radius
+            canonical_direction(self.axis),
+            center + foot_of_origin(self.point - center, self.axis),
+            self.radius,
         )
 
     def simpler_kinds(self, extent: float) -> tuple[str, ...]:

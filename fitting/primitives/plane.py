@@ -8,7 +8,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from fitting.axes import random_subsets
 from fitting.geometry import Array, basis, canonical_direction, tilted, unit, vector
+
+RANDOM_PLANES = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +51,22 @@ class Plane:
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
         return type(self)(rotation @ self.normal, scale * (rotation @ self.point) + translation)
 
+    @classmethod
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
+        """The principal plane, and planes through three random points."""
+        center = points.mean(axis=0)
+        _, vectors = np.linalg.eigh((points - center).T @ (points - center))
+        corners = points[random_subsets(len(points), 3, RANDOM_PLANES, rng)]
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        wide = np.linalg.norm(across, axis=1) > 1e-9
+        random = [cls(normal, corner) for normal, corner in zip(across[wide], corners[wide, 0], strict=True)]
+        return [cls(vectors[:, 0], center), *random]
+
     def canonical(self, center: Array) -> Self:
         """Same plane, normal in its canonical sign, point closest to `center`."""
-        return type(self)(canonical_direction(self.normal), center - self.signed_distance(center) * self.normal)
+        return type(self)(
+            canonical_direction(self.normal), center - self.signed_distance(center) * self.normal
+        )
 
     def simpler_kinds(self, extent: float) -> tuple[str, ...]:
         return ()

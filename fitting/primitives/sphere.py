@@ -8,10 +8,13 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from fitting.axes import random_subsets, robust_linear_solve
 from fitting.geometry import TINY, Array, vector
 
 PLANE_LIKE = 5.0
 """A radius beyond this many extents asks for a look at the plane."""
+
+RANDOM_SPHERES = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +49,19 @@ class Sphere:
 
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
         return type(self)(scale * (rotation @ self.center) + translation, scale * self.radius)
+
+    @classmethod
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
+        """The algebraic sphere  |x|^2 = 2 c.x + b  through all points, reweighted, and through random fours."""
+        fours = points[random_subsets(len(points), 4, RANDOM_SPHERES, rng)]
+        guesses: list[Self] = []
+        for group, rounds in ((points[None], 4), (fours, 1)):
+            design = np.concatenate([group, np.ones((*group.shape[:2], 1))], axis=2)
+            solution = robust_linear_solve(design, np.einsum("kni,kni->kn", group, group), rounds)
+            centers = solution[:, :3] / 2.0
+            radii = np.sqrt(np.maximum(solution[:, 3] + np.einsum("ki,ki->k", centers, centers), 1e-12))
+            guesses += [cls(center, radius) for center, radius in zip(centers, radii, strict=True)]
+        return guesses
 
     def canonical(self, center: Array) -> Self:
         return self

@@ -9,6 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from fitting.axes import axis_directions, circles, in_bases, revolution_axis, robust_linear_solve
 from fitting.geometry import TINY, Array, around_axis, basis, canonical_direction, tilted, unit, vector
 
 CYLINDER_LIKE = 5.0
@@ -16,6 +17,9 @@ CYLINDER_LIKE = 5.0
 
 SPHERE_LIKE = 0.1
 """A major radius below this share of the minor one asks for a look at the sphere."""
+
+SMALLEST_MAJOR = 0.05
+"""Guesses start with at least this major radius, in extents: at 0 the axis has no meaning."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +86,38 @@ class Torus:
             scale * self.minor_radius,
         )
 
+    @classmethod
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
+        """For each candidate axis line the circle through the profile (rho, h) of the points about it.
+
+        A direction's line passes where the normal lines meet it,  (n x a) . (x - p) = 0,  or through the
+        centre of the circle that the points describe when seen along it.
+        """
+        directions = axis_directions(points, normals)
+        bases, x, y, _ = in_bases(points, directions)
+        _, normal_x, normal_y, _ = in_bases(normals, directions)
+        across = np.stack([normal_y, -normal_x], axis=-1)
+        met = robust_linear_solve(across, across[..., 0] * x + across[..., 1] * y)
+        seen_x, seen_y, _ = circles(x, y)
+        revolution = revolution_axis(points, normals)
+        axes = np.vstack([directions, directions, revolution[0]])
+        feet = np.vstack(
+            [
+                met[:, :1] * bases[:, 0] + met[:, 1:] * bases[:, 1],
+                seen_x[:, None] * bases[:, 0] + seen_y[:, None] * bases[:, 1],
+                revolution[1],
+            ]
+        )
+        relative = points - feet[:, None]
+        height = np.einsum("kni,ki->kn", relative, axes)
+        rho = np.linalg.norm(relative - height[..., None] * axes[:, None], axis=2)
+        major, level, minor = circles(rho, height)
+        centers = feet + level[:, None] * axes
+        return [
+            cls(center, axis, max(abs(R), SMALLEST_MAJOR), r)
+            for center, axis, R, r in zip(centers, axes, major, minor, strict=True)
+        ]
+
     def canonical(self, center: Array) -> Self:
         return type(self)(self.center, canonical_direction(self.axis), self.major_radius, self.minor_radius)
 
@@ -96,4 +132,6 @@ class Torus:
         along_u, along_v = basis(self.axis)
         ring = np.multiply.outer(np.cos(u), along_u) + np.multiply.outer(np.sin(u), along_v)
         rho = self.major_radius + self.minor_radius * np.cos(v)
-        return self.center + rho[..., None] * ring + np.multiply.outer(self.minor_radius * np.sin(v), self.axis)
+        return (
+            self.center + rho[..., None] * ring + np.multiply.outer(self.minor_radius * np.sin(v), self.axis)
+        )

@@ -1,0 +1,128 @@
+"""A checked cloud with everything about it that does not depend on the kind that is tried."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fitting.errors import InvalidPointCloudError
+from fitting.geometry import Array
+from fitting.noise import resolution
+from fitting.normalize import Frame
+from fitting.normals import NEIGHBOURS, local_normals
+
+WORKING_POINTS = 20_000
+"""Larger clouds are searched and judged on a random sample of this size, and polished on all points."""
+
+SAMPLE_POINTS = 1024
+"""Points at which normals and neighbours are looked at."""
+
+CLOSE_NEIGHBOURS = 3
+
+FLAT = 1e-10
+"""Second singular value over the first below which points count as collinear, beyond their rounding."""
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """A cloud in its normalised frame.
+
+    Attributes
+    ----------
+    frame : carries primitives back to the input
+    points : (N, 3) all points
+    working : (M, 3) the points themselves, or a random sample of a large cloud
+    sample : (S,) indices into `working`, in random order
+    normals : (S, 3) unit normals there
+    neighbours : (S, k) indices into `working` of the closest other points
+    tolerance : size of the rounding of the coordinates
+    diagonal : of the bounding box
+    flat : all points lie in one plane within the rounding
+    """
+
+    frame: Frame
+    points: Array
+    working: Array
+    sample: np.ndarray
+    normals: Array
+    neighbours: np.ndarray
+    tolerance: float
+    diagonal: float
+    flat: bool
+
+    @classmethod
+    def prepare(cls, points: object, normals: Array | None, rng: np.random.Generator) -> Self:
+        """Check, normalise, sample; raises `InvalidPointCloudError` for what cannot be a cloud."""
+        checked = check_points(points)
+        if normals is not None:
+            normals = check_normals(normals, len(checked))
+        frame = Frame.of(checked)
+        normalized = frame.normalize(checked)
+        tolerance = resolution(checked) / frame.scale
+        working, given = normalized, normals
+        if len(normalized) > WORKING_POINTS:
+            chosen = np.sort(rng.choice(len(normalized), WORKING_POINTS, replace=False))
+            working = normalized[chosen]
+            given = None if normals is None else normals[chosen]
+        spread = np.linalg.svd(working - working.mean(axis=0), compute_uv=False) / np.sqrt(len(working))
+        if spread[1] <= max(FLAT * spread[0], 2.0 * tolerance):
+            raise InvalidPointCloudError(
+                f"the {len(checked)} points are collinear (width over length {spread[1] / spread[0]:.1e}): "
+                "no primitive is determined"
+            )
+        sample = rng.permutation(len(working))[:SAMPLE_POINTS]
+        k = min(NEIGHBOURS, len(working))
+        neighbours = cKDTree(working).query(working[sample], k=k)[1]
+        return cls(
+            frame=frame,
+            points=normalized,
+            working=working,
+            sample=sample,
+            normals=local_normals(working[neighbours]) if given is None else given[sample],
+            neighbours=neighbours[:, 1 : 1 + CLOSE_NEIGHBOURS],
+            tolerance=tolerance,
+            diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
+            flat=bool(spread[2] <= tolerance),
+        )
+
+
+def check_points(points: object) -> Array:
+    """The points as a finite float64 array of shape (N, 3) with three distinct ones, or an error."""
+    try:
+        array = np.asarray(points, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidPointCloudError("points cannot be read as numbers of shape (N, 3)") from error
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InvalidPointCloudError(f"points have shape {array.shape}; (N, 3) is needed")
+    if len(array) < 3:
+        raise InvalidPointCloudError(f"{len(array)} points given; at least 3 are needed")
+    finite = np.isfinite(array).all(axis=1)
+    if not finite.all():
+        raise InvalidPointCloudError(
+            f"{int((~finite).sum())} of {len(array)} points hold NaN or infinity, the first is points[{int(np.argmin(finite))}]"
+        )
+    largest = float(np.max(np.abs(array)))
+    if largest > LARGEST_COORDINATE:
+        raise InvalidPointCloudError(f"a coordinate is {largest:.3g}; the limit is {LARGEST_COORDINATE:.0e}")
+    if np.all(array == array[0]):
+        raise InvalidPointCloudError(f"all {len(array)} points are the same one")
+    return array
+
+
+LARGEST_COORDINATE = 1e100
+"""Beyond this magnitude squares and products of coordinates overflow."""
+
+
+def check_normals(normals: object, n_points: int) -> Array:
+    """Unit normals of shape (N, 3), one a point, or an error."""
+    array = np.asarray(normals, dtype=np.float64)
+    if array.shape != (n_points, 3):
+        raise InvalidPointCloudError(
+            f"normals have shape {array.shape}; ({n_points}, 3) is needed", "normals"
+        )
+    length = np.linalg.norm(array, axis=1)
+    if not np.all(np.isfinite(length) & (length > 0.0)):
+        row = int(np.argmin(np.isfinite(length) & (length > 0.0)))
+        raise InvalidPointCloudError(f"normals[{row}] is zero or not finite", "normals")
+    return array / length[:, None]

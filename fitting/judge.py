@@ -1,0 +1,184 @@
+"""Does a primitive explain a cloud, and which of two explains it better?
+
+A surface explains a cloud when what is left over looks like the cloud's own noise. That noise is seen
+between neighbours: where a shape is wrong, neighbouring residuals agree with each other, and the
+residuals scatter far more over the cloud than from one neighbour to the next.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from fitting.cloud import Cloud
+from fitting.geometry import Array
+from fitting.noise import exact_points, trimmed_scale
+from fitting.primitives import Primitive
+from fitting.result import ErrorSummary
+
+OUTLIER = 4.0
+"""Points farther than this many noise scales are rejected as outliers."""
+
+SMALLEST_INLIER_SHARE = 0.5
+
+LARGEST_STRUCTURE = 0.6
+"""Largest correlation of neighbouring residuals; the noise of the benchmark has a mean and reaches 0.4."""
+
+CLEAR_STRUCTURE = 0.25
+"""A correlation below this leaves no doubt about the kind if the classifier has none, either."""
+
+LARGEST_DEFORMATION = 0.05
+"""Rejected points of an otherwise exact surface may be structured if they are this close, in diagonals."""
+
+FEWEST_PAIRS = 12
+
+STRONG_EVIDENCE = 6.0
+"""Difference in BIC that decides; Kass and Raftery, "Bayes factors", JASA 90, 1995, section 3.2."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a primitive leaves over of a cloud, in the normalised frame.
+
+    Attributes
+    ----------
+    primitive : the surface that was judged
+    distance : (M,) signed distances of the working points
+    exact : (M,) mask of the points on the surface within the rounding
+    inlier : (M,) mask of the points not rejected as outliers
+    noise_scale : standard deviation of the inliers that are not exact
+    structure : correlation of the residuals of neighbouring inliers, 0 for independent noise
+    """
+
+    primitive: Primitive
+    distance: Array
+    exact: np.ndarray
+    inlier: np.ndarray
+    noise_scale: float
+    structure: float
+
+    @classmethod
+    def weigh(cls, primitive: Primitive, cloud: Cloud) -> Self:
+        distance = primitive.signed_distance(cloud.working)
+        absolute = np.abs(distance)
+        exact = exact_points(absolute, cloud.tolerance, primitive.dof)
+        rest = absolute[~exact]
+        noise_scale = trimmed_scale(rest) if len(rest) else 0.0
+        inlier = exact | (absolute <= OUTLIER * max(noise_scale, cloud.tolerance))
+        return cls(
+            primitive, distance, exact, inlier, noise_scale, _structure(distance, inlier & ~exact, cloud)
+        )
+
+    @property
+    def exact_share(self) -> float:
+        return float(self.exact.mean())
+
+    @property
+    def inlier_share(self) -> float:
+        return float(self.inlier.mean())
+
+    @property
+    def mean_inlier_distance(self) -> float:
+        return float(np.abs(self.distance[self.inlier]).mean())
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """`certain` accepts at once; `acceptable` is good enough if no other kind explains the cloud better."""
+
+    acceptable: bool
+    certain: bool
+    reason: str
+
+
+def judge(
+    evidence: Evidence, cloud: Cloud, max_error: float | None, probability: float, only: bool
+) -> Verdict:
+    """Whether the evidence is good enough, by the caller's threshold or by the cloud's own noise.
+
+    Parameters
+    ----------
+    max_error : the caller's threshold as in `Config`, or None
+    probability : of this kind, from the classifier
+    only : no other kind is allowed, so that no evidence against others is needed
+    """
+    n, dof = len(cloud.points), evidence.primitive.dof
+    if n == dof and not only:
+        return Verdict(False, False, f"{n} points determine it exactly and leave none to check it with")
+    if evidence.inlier_share < SMALLEST_INLIER_SHARE:
+        return Verdict(
+            False,
+            False,
+            f"only {evidence.inlier_share:.0%} of the points are near it (at least {SMALLEST_INLIER_SHARE:.0%})",
+        )
+    mean = evidence.mean_inlier_distance / cloud.diagonal
+    if max_error is not None:
+        fits = mean <= max_error
+        relation = "is within" if fits else "exceeds"
+        return Verdict(
+            fits, fits, f"mean error {mean:.2e} of the diagonal {relation} max_error {max_error:.2e}"
+        )
+    if evidence.exact.all():
+        return Verdict(True, True, "every point lies on it within the rounding of the coordinates")
+    spread = (
+        f"residuals scatter by {evidence.noise_scale / cloud.diagonal:.2e} of the diagonal, "
+        f"{1.0 / np.sqrt(max(1.0 - evidence.structure, 1e-9)):.2f} times the noise between neighbours"
+    )
+    if evidence.exact.any():
+        exact = f"{evidence.exact_share:.0%} of the points lie on it exactly"
+        rest = float(np.abs(evidence.distance[~evidence.exact]).mean()) / cloud.diagonal
+        if evidence.structure <= LARGEST_STRUCTURE:
+            return Verdict(True, True, f"{exact}; the others: {spread}")
+        if evidence.exact_share >= 0.5 and rest <= LARGEST_DEFORMATION:
+            return Verdict(True, True, f"{exact}; the others are a deformation by {rest:.2e} of the diagonal")
+        return Verdict(False, False, f"{exact}, but the others form a structure of their own: {spread}")
+    if evidence.structure > LARGEST_STRUCTURE:
+        limit = 1.0 / np.sqrt(1.0 - LARGEST_STRUCTURE)
+        return Verdict(False, False, f"the shape is systematically off: {spread} (at most {limit:.2f})")
+    return Verdict(True, only or (probability >= 0.8 and evidence.structure <= CLEAR_STRUCTURE), spread)
+
+
+def better(a: Evidence, b: Evidence, tolerance: float) -> float:
+    """How much better `a` explains the cloud than `b`: a difference in BIC, negative where `b` is better.
+
+    Where either has exact points, the share of them decides and the simpler kind wins among equal shares.
+    Otherwise Gaussian BIC on the inliers of the surface with the smaller noise.
+    Source: Schwarz, "Estimating the dimension of a model", Annals of Statistics 6, 1978.
+    """
+    if a.exact.any() or b.exact.any():
+        if abs(a.exact_share - b.exact_share) > 0.1 * max(a.exact_share, b.exact_share):
+            return np.inf if a.exact_share > b.exact_share else -np.inf
+        return np.inf if a.primitive.dof < b.primitive.dof else -np.inf
+    common = a.inlier if a.noise_scale < b.noise_scale else b.inlier
+    n = int(common.sum())
+    mean_a, mean_b = (float(np.mean(e.distance[common] ** 2)) + tolerance**2 for e in (a, b))
+    return n * float(np.log(mean_b / mean_a)) + (b.primitive.dof - a.primitive.dof) * float(np.log(n))
+
+
+def summarize(
+    primitive: Primitive, evidence: Evidence, points: Array, diagonal: float, scale: float
+) -> ErrorSummary:
+    """The distances of all points (N, 3), restored to input units by `scale`."""
+    distance = np.abs(primitive.signed_distance(points))
+    mean = float(distance.mean())
+    return ErrorSummary(
+        rms=scale * float(np.sqrt(np.mean(distance**2))),
+        mean=scale * mean,
+        p95=scale * float(np.percentile(distance, 95.0)),
+        max=scale * float(distance.max()),
+        relative_mean=mean / diagonal,
+        inlier_share=evidence.inlier_share,
+        exact_share=evidence.exact_share,
+        noise_scale=scale * evidence.noise_scale,
+    )
+
+
+def _structure(distance: Array, considered: np.ndarray, cloud: Cloud) -> float:
+    here = np.repeat(cloud.sample, cloud.neighbours.shape[1])
+    there = cloud.neighbours.ravel()
+    both = considered[here] & considered[there]
+    if both.sum() < FEWEST_PAIRS:
+        return 0.0
+    first, second = distance[here[both]], distance[there[both]]
+    power = float(np.mean(first**2 + second**2)) / 2.0
+    return float(np.mean(first * second)) / power if power > 0.0 else 0.0

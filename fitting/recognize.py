@@ -1,0 +1,158 @@
+"""The pipeline: check, normalise, rank, and for each kind guess, refine, judge, until one is accepted."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fitting.classifier import Classifier
+from fitting.cloud import Cloud
+from fitting.config import Config
+from fitting.errors import InvalidPointCloudError
+from fitting.geometry import Array
+from fitting.judge import STRONG_EVIDENCE, Evidence, Verdict, better, judge, summarize
+from fitting.primitives import KINDS, PRIMITIVES
+from fitting.result import Attempt, Recognition
+from fitting.search import fit_kind
+
+DEFAULT_CONFIG = Config()
+
+
+@dataclass(frozen=True)
+class _Try:
+    """An attempt with the evidence behind it; both are missing where the fit failed."""
+
+    attempt: Attempt
+    evidence: Evidence | None = None
+    verdict: Verdict | None = None
+
+    @property
+    def acceptable(self) -> bool:
+        return self.verdict is not None and self.verdict.acceptable
+
+
+def recognize(
+    points: Array,
+    config: Config = DEFAULT_CONFIG,
+    classifier: Classifier | None = None,
+    normals: Array | None = None,
+) -> Recognition:
+    """Which primitive the points lie on, with its parameters and the trail of attempts.
+
+    Parameters
+    ----------
+    points : (N, 3), any unit; N >= 3
+    config : what may be answered, and how
+    classifier : ranks the kinds; None takes them as equally probable, tries all, and selects
+    normals : (N, 3), optional, one a point, any length and sign
+
+    Raises
+    ------
+    InvalidPointCloudError : points that cannot be a cloud of any allowed kind
+    """
+    cloud = Cloud.prepare(points, normals, np.random.default_rng([config.seed, 0]))
+    fewest = min(PRIMITIVES[kind].dof for kind in config.kinds)
+    if len(cloud.points) < fewest:
+        kinds = " or ".join(config.kinds)
+        raise InvalidPointCloudError(f"{len(cloud.points)} points given; a {kinds} needs at least {fewest}")
+    probabilities = _rank(cloud, classifier)
+    queue = sorted(config.kinds, key=lambda kind: (-probabilities[kind], KINDS.index(kind)))
+    tries: list[_Try] = []
+    while queue:
+        tried = _attempt(queue.pop(0), cloud, config, probabilities if classifier else None)
+        tries.append(tried)
+        if tried.evidence and tried.verdict and tried.verdict.certain:
+            neighbours = tried.evidence.primitive.simpler_kinds(extent=1.0)
+            done = {earlier.attempt.kind for earlier in tries}
+            queue = [kind for kind in neighbours if kind in config.kinds and kind not in done]
+    return _conclude(tries, cloud)
+
+
+def _rank(cloud: Cloud, classifier: Classifier | None) -> Mapping[str, float]:
+    if classifier is None:
+        return dict.fromkeys(KINDS, 1.0 / len(KINDS))
+    return classifier.rank(cloud.working[cloud.sample], cloud.normals)
+
+
+def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str, float] | None) -> _Try:
+    probability = probabilities[kind] if probabilities else None
+    rng = np.random.default_rng([config.seed, 1, KINDS.index(kind)])
+    primitive = fit_kind(kind, cloud, config.criterion, rng)
+    if not primitive:
+        return _Try(Attempt(kind, probability, "failed", primitive.reason, None, None))
+    evidence = Evidence.weigh(primitive, cloud)
+    verdict = judge(evidence, cloud, config.max_error, probability or 0.0, only=len(config.kinds) == 1)
+    attempt = Attempt(
+        kind=kind,
+        probability=probability,
+        outcome="accepted" if verdict.acceptable else "refused",
+        reason=verdict.reason,
+        primitive=cloud.frame.restore(primitive.canonical(np.zeros(3))),
+        error=summarize(primitive, evidence, cloud.points, cloud.diagonal, cloud.frame.scale),
+    )
+    return _Try(attempt, evidence, verdict)
+
+
+def _conclude(tries: list[_Try], cloud: Cloud) -> Recognition:
+    """Choose among the acceptable tries, or name the best of the others."""
+    fits = [tried for tried in tries if tried.evidence]
+    acceptable = [tried for tried in fits if tried.acceptable]
+    if not fits:
+        message = "no allowed kind could be fitted: " + "; ".join(tried.attempt.reason for tried in tries)
+        return _recognition("no_fit", None, [], tries, message, cloud)
+    best = _best(acceptable or fits, cloud.tolerance)
+    if not acceptable:
+        message = f"no allowed kind explains the cloud; the best try is a {best.attempt.kind}: {best.attempt.reason}"
+        return _recognition("no_fit", best, [], tries, message, cloud)
+    rivals = [
+        t for t in acceptable if t is not best and _advantage(best, t, cloud.tolerance) < STRONG_EVIDENCE
+    ]
+    rivals = [
+        t
+        for t in rivals
+        if t.evidence and best.evidence and t.evidence.primitive.dof <= best.evidence.primitive.dof
+    ]
+    tries = [
+        _second(tried, best, cloud) if tried in acceptable and tried not in (best, *rivals) else tried
+        for tried in tries
+    ]
+    if rivals:
+        names = " or ".join(t.attempt.kind for t in (best, *rivals))
+        message = f"the cloud may be a {names}: the points do not tell them apart"
+        return _recognition("ambiguous", best, rivals, tries, message, cloud)
+    return _recognition("fitted", best, [], tries, f"{best.attempt.kind}: {best.attempt.reason}", cloud)
+
+
+def _best(candidates: list[_Try], tolerance: float) -> _Try:
+    best = candidates[0]
+    for tried in candidates[1:]:
+        if _advantage(tried, best, tolerance) > 0.0:
+            best = tried
+    return best
+
+
+def _advantage(a: _Try, b: _Try, tolerance: float) -> float:
+    assert a.evidence and b.evidence
+    return better(a.evidence, b.evidence, tolerance)
+
+
+def _second(tried: _Try, best: _Try, cloud: Cloud) -> _Try:
+    """The try with its attempt marked as refused because another kind explains the cloud better."""
+    advantage = _advantage(best, tried, cloud.tolerance)
+    how = f" (BIC lower by {advantage:.0f})" if np.isfinite(advantage) else ""
+    reason = f"{tried.attempt.reason}; a {best.attempt.kind} explains the cloud better or more simply{how}"
+    return replace(tried, attempt=replace(tried.attempt, outcome="refused", reason=reason))
+
+
+def _recognition(
+    status: str, best: _Try | None, rivals: list[_Try], tries: list[_Try], message: str, cloud: Cloud
+) -> Recognition:
+    return Recognition(
+        status=status,  # type: ignore[arg-type]
+        primitive=best.attempt.primitive if best else None,
+        alternatives=tuple(t.attempt.primitive for t in rivals if t.attempt.primitive),
+        error=best.attempt.error if best else None,
+        attempts=tuple(tried.attempt for tried in tries),
+        message=message,
+        n_points=len(cloud.points),
+    )

@@ -1,0 +1,129 @@
+"""The best primitive of one kind: starts, annealed robust refinement, and a finish on the right points."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.cloud import Cloud
+from fitting.geometry import Array
+from fitting.kernels import GemanMcClure, Kernel, LeastSquares, Tukey
+from fitting.noise import exact_points, trimmed_scale
+from fitting.primitives import PRIMITIVES, Primitive
+from fitting.refine import refine
+from fitting.result import FailedFit
+
+GUESS_POINTS = 160
+"""Points that starts are derived from and ranked on."""
+
+SEARCH_POINTS = 512
+"""Points that the annealing runs on."""
+
+STARTS = 4
+"""Starts that are annealed, unless an earlier one already finds a large exact subset."""
+
+SHRINK = 0.7
+"""Factor between the kernel scales of one step and the next."""
+
+LARGE_EXACT_SHARE = 0.3
+
+SMALLEST_EXACT_SHARE = 0.04
+"""Annealing towards an exact subset ends when less than this share of the points is within its scale."""
+
+
+@dataclass(frozen=True)
+class Annealed:
+    """Where annealing ended: a primitive locked on an exact subset, or one at the scale of the noise."""
+
+    primitive: Primitive
+    exact_share: float
+    cost: float
+
+
+def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) -> Primitive | FailedFit:
+    """The best primitive of one kind in the normalised frame of the cloud."""
+    dof = PRIMITIVES[kind].dof
+    if len(cloud.points) < dof:
+        return FailedFit(f"{len(cloud.points)} points do not determine a {kind}, which takes {dof}")
+    if cloud.flat and kind != "plane":
+        return FailedFit(f"the points lie in one plane and do not determine a {kind}")
+    search = cloud.working[cloud.sample[:SEARCH_POINTS]]
+    starts = ranked_starts(kind, cloud, rng)
+    if not starts:
+        return FailedFit(f"no {kind} could be started from these points")
+    best: Annealed | None = None
+    for start in starts[:STARTS]:
+        found = anneal(start, search, cloud.tolerance)
+        if best is None or (found.exact_share, -found.cost) > (best.exact_share, -best.cost):
+            best = found
+        if best.exact_share >= LARGE_EXACT_SHARE:
+            break
+    assert best is not None
+    if criterion == "least_squares":
+        return refine(best.primitive, cloud.points, LeastSquares()).primitive
+    return polish(best.primitive, cloud)
+
+
+def ranked_starts(kind: str, cloud: Cloud, rng: np.random.Generator) -> list[Primitive]:
+    """Initial guesses after two robust steps each, the best first."""
+    points = cloud.working[cloud.sample[:GUESS_POINTS]]
+    starts = []
+    for guess in PRIMITIVES[kind].initial_guesses(points, cloud.normals[:GUESS_POINTS], rng):
+        distance = np.abs(guess.signed_distance(points))
+        scale = 2.0 * float(np.median(distance))
+        if not np.isfinite(scale):
+            continue
+        better = refine(
+            guess, points, GemanMcClure(), max(scale, cloud.tolerance), max_iterations=2
+        ).primitive
+        starts.append((log_cost(np.abs(better.signed_distance(points)), 1e-3), better))
+    starts.sort(key=lambda start: start[0])
+    return [start for _, start in starts]
+
+
+def log_cost(distance: Array, smallest: float) -> float:
+    """Mean log distance, floored: low for a surface that very many points are very close to."""
+    return float(np.mean(np.log(distance + smallest)))
+
+
+def anneal(start: Primitive, points: Array, tolerance: float) -> Annealed:
+    """Refine under a Geman-McClure kernel whose scale shrinks to the noise, and on to an exact subset.
+
+    Source: graduated non-convexity, Black and Rangarajan, IJCV 19, 1996; Yang et al., IEEE RA-L 5, 2020.
+    """
+    kernel: Kernel = GemanMcClure()
+    need = max(2 * start.dof + 2, SMALLEST_EXACT_SHARE * len(points))
+    primitive, at_noise = start, None
+    distance = np.abs(primitive.signed_distance(points))
+    scale = max(2.0 * float(np.median(distance)), tolerance)
+    while True:
+        primitive = refine(primitive, points, kernel, scale, max_iterations=2).primitive
+        distance = np.abs(primitive.signed_distance(points))
+        if at_noise is None and scale < 1.5 * trimmed_scale(distance):
+            at_noise = primitive
+        inside = distance[distance < scale]
+        if len(inside) < need or scale <= tolerance:
+            break
+        scale = max(tolerance, min(SHRINK * scale, 20.0 * float(np.median(inside))))
+    exact = exact_points(distance, tolerance, start.dof)
+    if exact.any():
+        return Annealed(primitive, float(exact.mean()), 0.0)
+    at_noise = at_noise or primitive
+    return Annealed(at_noise, 0.0, log_cost(np.abs(at_noise.signed_distance(points)), 1e-3))
+
+
+def polish(primitive: Primitive, cloud: Cloud) -> Primitive:
+    """Least squares on the exact points where there are any, else under a wide biweight on all points."""
+    for _ in range(5):
+        exact = exact_points(np.abs(primitive.signed_distance(cloud.working)), cloud.tolerance, primitive.dof)
+        if not exact.any():
+            break
+        polished = refine(primitive, cloud.working[exact]).primitive
+        if np.array_equal(exact, np.abs(polished.signed_distance(cloud.working)) <= cloud.tolerance):
+            return polished
+        primitive = polished
+    else:
+        return primitive
+    for _ in range(3):
+        scale = max(trimmed_scale(np.abs(primitive.signed_distance(cloud.points))), cloud.tolerance)
+        primitive = refine(primitive, cloud.points, Tukey(), scale).primitive
+    return primitive
