@@ -1,0 +1,104 @@
+"""Many clouds: which files, where each answer goes, and the run over all of them."""
+
+import os
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import orjson
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from app.files import Problem, answer_files
+from app.shrec22 import prediction
+
+SUFFIXES = (".csv", ".npy", ".ply", ".txt", ".xyz")
+ENDINGS = {"json": ".json", "shrec22": "_prediction.txt"}
+
+
+class CollisionError(ValueError):
+    """Two inputs would write the same output, or an output would overwrite an input."""
+
+
+@dataclass
+class Summary:
+    """How many answers of each status were written, and what could not be answered."""
+
+    statuses: Counter[str] = field(default_factory=Counter)
+    problems: list[Problem] = field(default_factory=list)
+
+
+def plan(inputs: Sequence[str], out: Path, format: str) -> dict[Path, str]:
+    """Output -> input, in a fixed order; a folder is searched and its inner folders are kept in `out`.
+
+    Raises
+    ------
+    CollisionError
+        If two inputs differ only in their suffix or folder, so that one answer would overwrite the other.
+    """
+    targets: dict[Path, str] = {}
+    for name, inner in _expand(inputs):
+        target = out / inner.with_name(inner.stem + ENDINGS[format])
+        taken = targets.get(target)
+        if taken is not None and Path(taken).resolve() != Path(name).resolve():
+            raise CollisionError(f"{taken} and {name} would both write {target}")
+        targets.setdefault(target, name)
+    for target, name in targets.items():
+        if target.resolve() in {Path(n).resolve() for n in targets.values()}:
+            raise CollisionError(f"the answer for {name} would overwrite the input {target}")
+    return targets
+
+
+def _expand(inputs: Sequence[str]) -> list[tuple[str, Path]]:
+    """Files as (name, path inside the output folder)."""
+    found = []
+    for name in inputs:
+        path = Path(name)
+        if not path.is_dir():
+            found.append((name, Path(path.name)))
+            continue
+        for file in sorted(path.rglob("*")):
+            if (
+                file.suffix.lower() in SUFFIXES
+                and file.is_file()
+                and not file.name.endswith(ENDINGS["shrec22"])
+            ):
+                found.append((str(file), file.relative_to(path)))
+    return found
+
+
+def run(targets: Mapping[Path, str], format: str, options: Mapping[str, Any], workers: int) -> Summary:
+    """Answer every input, write what was found, and say what was not; progress shows on a terminal."""
+    summary = Summary()
+    terminal = Console(stderr=True)
+    columns = (TextColumn("fitting"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress:
+        task = progress.add_task("fitting", total=len(targets))
+        answers = answer_files(list(targets.values()), options, workers)
+        for (target, name), answer in zip(targets.items(), answers, strict=True):
+            _keep(target, name, format, answer, summary)
+            progress.advance(task)
+    return summary
+
+
+def _keep(target: Path, name: str, format: str, answer: dict[str, Any] | Problem, summary: Summary) -> None:
+    if isinstance(answer, Problem):
+        summary.problems.append(answer)
+        return
+    summary.statuses[answer["status"]] += 1
+    if format == "json":
+        _write(target, orjson.dumps(answer) + b"\n")
+    elif answer["primitive"] is None:
+        summary.problems.append(Problem(name, f"nothing to write: {answer['message']}"))
+    else:
+        _write(target, prediction(answer["primitive"]).encode())
+
+
+def _write(target: Path, text: bytes) -> None:
+    """Write all of it or nothing, so that an interrupted run leaves no half of an answer."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    part = target.with_name(target.name + ".part")
+    part.write_bytes(text)
+    os.replace(part, target)

@@ -1,0 +1,207 @@
+"""`primfit` on the command line. What a command needs is imported when it runs: `primfit --help` is quick."""
+
+import os
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+# As in the service: one thread a process, so that every way in gives the same numbers.
+for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_threads, "1")
+
+# Exit status: of several files the worst decides, bad input before no_fit before ambiguous before fitted.
+EXIT = {"fitted": 0, "ambiguous": 3, "no_fit": 4}
+BAD_INPUT = 2
+BADNESS = (0, 3, 4, BAD_INPUT)
+
+
+class Kind(StrEnum):
+    """`fitting.primitives.KINDS`, without importing it."""
+
+    plane = "plane"
+    sphere = "sphere"
+    cylinder = "cylinder"
+    cone = "cone"
+    torus = "torus"
+
+
+Kinds = Annotated[
+    list[Kind] | None, typer.Option("--kind", help="Allow this kind (repeatable); all of them by default.")
+]
+Classifier = Annotated[
+    Literal["knn", "none"], typer.Option(help="Who ranks the kinds; with 'none' all are tried.")
+]
+Criterion = Annotated[
+    Literal["robust", "least_squares"],
+    typer.Option(help="'robust' rejects outliers; 'least_squares' counts every point alike."),
+]
+MaxError = Annotated[
+    float | None,
+    typer.Option(
+        help="Largest accepted mean distance of the inliers, as a share of the bounding-box diagonal; "
+        "by default it follows from the noise of the cloud."
+    ),
+]
+Seed = Annotated[int, typer.Option(help="Seed of every random choice.")]
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Which geometric primitive is this 3D point cloud, and with which parameters?",
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"primfit {version('primfit')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _primfit(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None: ...
+
+
+@app.command()
+def fit(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="CSV, XYZ, TXT, NPY or PLY; '-' is standard input.")
+    ],
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON object a line a file: the answer of POST /fit.")
+    ] = False,
+    kind: Kinds = None,
+    classifier: Classifier = "knn",
+    criterion: Criterion = "robust",
+    max_error: MaxError = None,
+    seed: Seed = 0,
+) -> None:
+    """Recognise and fit the cloud in each FILE.
+
+    Exit status, the worst of the files: 0 fitted, 3 ambiguous, 4 no_fit, 2 bad input. After a bad file the
+    others are still done.
+    """
+    import orjson
+    from rich.console import Console
+
+    from app.files import Problem, answer_files
+    from app.render import render
+
+    options = _options(kind, classifier, criterion, max_error, seed)
+    console = Console(highlight=False)
+    worst = 0
+    for name, answer in zip(files, answer_files(files, options, workers=1), strict=True):
+        if isinstance(answer, Problem):
+            _complain(answer.name, answer.message)
+            worst = _worse(worst, BAD_INPUT)
+            continue
+        if as_json:
+            sys.stdout.buffer.write(orjson.dumps(answer) + b"\n")
+            sys.stdout.flush()
+        else:
+            console.print(render(name, answer))
+        worst = _worse(worst, EXIT[answer["status"]])
+    raise typer.Exit(worst)
+
+
+@app.command()
+def batch(
+    inputs: Annotated[
+        list[str],
+        typer.Argument(metavar="INPUT...", help="Files, and folders searched for .csv .npy .ply .txt .xyz."),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for the answers.", file_okay=False)],
+    format: Annotated[
+        Literal["json", "shrec22"],
+        typer.Option(help="NAME.json, or NAME_prediction.txt in the format of the SHREC 2022 track."),
+    ] = "json",
+    workers: Annotated[
+        int, typer.Option(min=1, help="Processes; any number gives the same answers. Default: one a core.")
+    ] = os.cpu_count() or 1,
+    kind: Kinds = None,
+    classifier: Classifier = "knn",
+    criterion: Criterion = "robust",
+    max_error: MaxError = None,
+    seed: Seed = 0,
+) -> None:
+    """Recognise and fit many clouds; the answer of each goes into a file of its own.
+
+    Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
+    """
+    from app.batch import CollisionError, plan, run
+
+    options = _options(kind, classifier, criterion, max_error, seed)
+    try:
+        targets = plan(inputs, out, format)
+    except CollisionError as error:
+        _complain("batch", str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    if not targets:
+        _complain("batch", "no .csv .npy .ply .txt .xyz file was found")
+        raise typer.Exit(BAD_INPUT)
+    summary = run(targets, format, options, workers)
+    for problem in summary.problems:
+        _complain(problem.name, problem.message)
+    counts = ", ".join(f"{summary.statuses[status]} {status}" for status in EXIT)
+    print(f"{len(targets)} clouds: {counts}, {len(summary.problems)} with a problem; answers in {out}")
+    raise typer.Exit(BAD_INPUT if summary.problems else 0)
+
+
+@app.command()
+def serve(
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes a free one.")] = 8000,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes that read and fit clouds.")] = None,
+    demo: Annotated[bool, typer.Option("--demo", help="Post an example cloud and print its answer.")] = False,
+) -> None:
+    """Serve the REST API."""
+    from app.server import PortError, serve
+
+    try:
+        serve(host, port, workers, demo)
+    except PortError as error:
+        _complain("serve", str(error))
+        raise typer.Exit(BAD_INPUT) from None
+
+
+def _options(
+    kind: list[Kind] | None, classifier: str, criterion: str, max_error: float | None, seed: int
+) -> dict[str, Any]:
+    """The options as the engine takes them, checked before the first file is read."""
+    from fitting.config import Config
+    from fitting.errors import InvalidOptionError
+
+    kinds = tuple(dict.fromkeys(str(k) for k in kind)) if kind else None
+    options: dict[str, Any] = {"criterion": criterion, "max_error": max_error, "seed": seed}
+    try:
+        Config(**options, **({"kinds": kinds} if kinds else {}))
+    except InvalidOptionError as error:
+        _complain(error.field.replace("_", "-"), str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    return {**options, "kinds": kinds, "classifier": classifier}
+
+
+def _complain(subject: str, message: str) -> None:
+    print(f"primfit: {subject}: {message}", file=sys.stderr)
+
+
+def _worse(one: int, other: int) -> int:
+    return max(one, other, key=BADNESS.index)
+
+
+def main() -> None:
+    """Entry point of the `primfit` command."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

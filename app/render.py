@@ -1,0 +1,105 @@
+"""An answer for people: the primitive, its error and the trail of attempts, on a terminal."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.padding import Padding
+from rich.rule import Rule
+from rich.table import Table
+from rich.text import Text
+
+COLOR = {
+    "fitted": "green",
+    "ambiguous": "yellow",
+    "no_fit": "red",
+    "accepted": "green",
+    "refused": "yellow",
+    "failed": "red",
+}
+
+
+def render(name: str, body: Mapping[str, Any]) -> RenderableType:
+    """The answer of one file (the body of `POST /fit`) as a rich renderable."""
+    status = body["status"]
+    receipt = body["receipt"]
+    title = Text.assemble(
+        (name, "bold"),
+        f"  {receipt['n_points']:,} points, {receipt['format']} {' '.join(receipt['columns'])}",
+    )
+    found = Text(status.replace("_", " "), f"bold {COLOR[status]}")
+    if body["primitive"] is not None:
+        found.append(": " if status == "fitted" else ": best try ", "default")
+        found.append(body["primitive"]["kind"], "bold")
+    parts: list[RenderableType] = [
+        Rule(title, align="left", style="dim"),
+        found,
+        Text(body["message"], "italic"),
+    ]
+    if body["primitive"] is not None:
+        parts.append(Padding(_parameters(body["primitive"]), (1, 0, 0, 2)))
+    for other in body["alternatives"]:
+        parts.append(Padding(Text.assemble("or ", (other["kind"], "bold")), (1, 0, 0, 0)))
+        parts.append(Padding(_parameters(other), (0, 0, 0, 2)))
+    if body["error"] is not None:
+        parts.append(Padding(_error(body["error"]), (1, 0, 0, 2)))
+    parts.append(Padding(_attempts(body["attempts"]), (1, 0, 1, 0)))
+    return Group(*parts)
+
+
+def _grid(**options: Any) -> Table:
+    grid = Table.grid(padding=(0, 2), **options)
+    grid.add_column(style="dim", no_wrap=True)
+    return grid
+
+
+def _parameters(primitive: Mapping[str, Any]) -> Table:
+    grid = _grid()
+    for name, value in primitive.items():
+        if name == "kind":
+            continue
+        shown = "  ".join(_number(v) for v in value) if isinstance(value, list) else _number(value).strip()
+        if name == "half_angle":
+            shown += f" rad = {_plain(math.degrees(value))} degrees"
+        grid.add_row(name.replace("_", " "), shown)
+    return grid
+
+
+def _error(error: Mapping[str, float]) -> Table:
+    grid = _grid()
+    grid.add_row("error", "  ".join(f"{name} {error[key]:.3g}" for name, key in _LENGTHS))
+    grid.add_row("", f"mean over the bounding-box diagonal {error['relative_mean']:.3g}")
+    grid.add_row("points", f"inliers {error['inlier_share']:.1%}  exact {error['exact_share']:.1%}")
+    grid.add_row("noise", f"{error['noise_scale']:.3g}")
+    return grid
+
+
+_LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95 %", "p95"), ("max", "max"))
+
+
+def _attempts(attempts: list[Mapping[str, Any]]) -> Table:
+    table = Table(box=None, header_style="dim", padding=(0, 2, 0, 0), pad_edge=False)
+    table.add_column("tried", no_wrap=True)
+    table.add_column("rank", justify="right", no_wrap=True)
+    table.add_column("mean error", justify="right", no_wrap=True)
+    table.add_column("outcome", no_wrap=True)
+    table.add_column("why", ratio=1)
+    for attempt in attempts:
+        probability, error, outcome = attempt["probability"], attempt["error"], attempt["outcome"]
+        table.add_row(
+            attempt["kind"],
+            "-" if probability is None else f"{probability:.3f}",
+            "-" if error is None else f"{error['mean']:.3g}",
+            Text(outcome, COLOR[outcome]),
+            attempt["reason"],
+        )
+    return table
+
+
+def _plain(value: float) -> str:
+    return f"{value:.8g}"
+
+
+def _number(value: float) -> str:
+    return f"{_plain(value):>13}"

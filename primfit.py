@@ -1,0 +1,40 @@
+"""primfit in Python: which geometric primitive is this point cloud, and with which parameters?
+
+>>> import numpy as np, primfit
+>>> sphere = primfit.Sphere(center=np.zeros(3), radius=2.0)
+>>> azimuth, polar = np.random.default_rng(0).random((2, 500)) * np.array([[6.0], [3.0]])
+>>> recognition = primfit.fit(sphere.surface(azimuth, polar))
+>>> recognition.status, recognition.primitive.kind, round(recognition.primitive.radius, 9)
+('fitted', 'sphere', 2.0)
+"""
+
+from importlib.metadata import version
+
+from app.engine import fit
+from fitting.config import Config
+from fitting.errors import InvalidOptionError, InvalidPointCloudError
+from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
+from fitting.recognize import recognize
+from fitting.result import Attempt, ErrorSummary, Recognition
+
+__version__ = version("primfit")
+
+__all__ = [
+    "KINDS",
+    "Attempt",
+    "Cone",
+    "Config",
+    "Cylinder",
+    "ErrorSummary",
+    "InvalidOptionError",
+    "InvalidPointCloudError",
+    "Plane",
+    "Primitive",
+    "Recognition",
+    "Sphere",
+    "Torus",
+    "__version__",
+    "fit",
+    "parameters",
+    "recognize",
+]
