@@ -10,6 +10,13 @@ VENV_TORCH ?= .venv-torch
 # Pinned: this release has a CPU build for Python 3.11. pyproject.toml gives the range.
 TORCH  ?= torch==2.13.0
 
+# `make image`: the first container engine found; docs/docker.md shows a base image made without a registry.
+ENGINE     ?= $(notdir $(firstword $(shell command -v docker || command -v podman || command -v buildah)))
+BASE_IMAGE ?= python:3.11-slim
+VERSION     = $(shell sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml)
+# podman and buildah keep the health check only in this format.
+export BUILDAH_FORMAT = docker
+
 # Clouds are small: one thread a process is faster than many, and answers do not depend on the machine.
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
@@ -40,10 +47,10 @@ weights: $(VENV)/.serving
 	$(VENV)/bin/python -m models.training.knn
 
 image:
-	docs/build-image.sh
+	$(ENGINE) build --build-arg BASE_IMAGE=$(BASE_IMAGE) $(IMAGE_FLAGS) --tag primfit:$(VERSION) .
 
 clean:
-	rm -rf $(VENV) $(VENV_TORCH) build dist primfit.egg-info .image
+	rm -rf $(VENV) $(VENV_TORCH) build dist primfit.egg-info
 
 # A virtual environment and, in it, one stamp for each thing installed; all are redone when pyproject.toml changes.
 %/.python:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import orjson
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from app.answer import to_json
 from app.files import Problem, answer_files
 from app.shrec22 import prediction
 
@@ -89,7 +89,7 @@ def _keep(target: Path, name: str, format: str, answer: dict[str, Any] | Problem
         return
     summary.statuses[answer["status"]] += 1
     if format == "json":
-        _write(target, orjson.dumps(answer) + b"\n")
+        _write(target, to_json(answer) + b"\n")
     elif answer["primitive"] is None:
         summary.problems.append(Problem(name, f"nothing to write: {answer['message']}"))
     else:

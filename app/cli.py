@@ -90,9 +90,9 @@ def fit(
     Exit status, the worst of the files: 0 fitted, 3 ambiguous, 4 no_fit, 2 bad input. After a bad file the
     others are still done.
     """
-    import orjson
     from rich.console import Console
 
+    from app.answer import to_json
     from app.files import Problem, answer_files
     from app.render import render
 
@@ -105,7 +105,7 @@ def fit(
             worst = _worse(worst, BAD_INPUT)
             continue
         if as_json:
-            sys.stdout.buffer.write(orjson.dumps(answer) + b"\n")
+            sys.stdout.buffer.write(to_json(answer) + b"\n")
             sys.stdout.flush()
         else:
             console.print(render(name, answer))
@@ -125,7 +125,10 @@ def batch(
         typer.Option(help="NAME.json, or NAME_prediction.txt in the format of the SHREC 2022 track."),
     ] = "json",
     workers: Annotated[
-        int, typer.Option(min=1, help="Processes; any number gives the same answers. Default: one a core.")
+        int,
+        typer.Option(
+            min=1, show_default="one a core", help="Processes; any number of them gives the same answers."
+        ),
     ] = os.cpu_count() or 1,
     kind: Kinds = None,
     classifier: Classifier = "knn",
@@ -158,17 +161,22 @@ def batch(
 
 @app.command()
 def serve(
-    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes a free one.")] = 8000,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes that read and fit clouds.")] = None,
+    host: Annotated[str | None, typer.Option(help="Address to listen on.", show_default="127.0.0.1")] = None,
+    port: Annotated[
+        int | None, typer.Option(min=0, max=65535, help="Port; 0 takes a free one.", show_default="8000")
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, help="Processes that read and fit.", show_default="one a core, up to 4"),
+    ] = None,
     demo: Annotated[bool, typer.Option("--demo", help="Post an example cloud and print its answer.")] = False,
 ) -> None:
-    """Serve the REST API."""
-    from app.server import PortError, serve
+    """Serve the REST API; what is not given here comes from PRIMFIT_HOST, PRIMFIT_PORT, PRIMFIT_WORKERS."""
+    from app.server import ListenError, serve
 
     try:
         serve(host, port, workers, demo)
-    except PortError as error:
+    except ListenError as error:
         _complain("serve", str(error))
         raise typer.Exit(BAD_INPUT) from None
 

@@ -1,0 +1,55 @@
+"""The answer for a file on disk or on standard input: what the command line asks of the engine."""
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from app.answer import answer
+from app.engine import fit
+from app.readers import UnreadableFileError, read
+from fitting.errors import InvalidPointCloudError
+
+STDIN = "-"
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Why a file has no answer."""
+
+    name: str
+    message: str
+
+
+def answer_file(name: str, options: Mapping[str, Any]) -> dict[str, Any] | Problem:
+    """The body of `POST /fit` for a file, or what is wrong with it; `options` are those of `engine.fit`."""
+    try:
+        data = sys.stdin.buffer.read() if name == STDIN else Path(name).read_bytes()
+        cloud = read(data)
+        return answer(fit(cloud.points, normals=cloud.normals, **options), cloud, options)
+    except OSError as error:
+        return Problem(name, error.strerror or str(error))
+    except UnreadableFileError as error:
+        return Problem(name, f"{error.field}: {error.message}")
+    except InvalidPointCloudError as error:
+        return Problem(name, str(error))
+
+
+def answer_files(
+    names: Sequence[str], options: Mapping[str, Any], workers: int
+) -> Iterator[dict[str, Any] | Problem]:
+    """The answers of many files, in their order; how many processes share the work changes nothing else."""
+    answer_one = partial(answer_file, options=dict(options))
+    if min(workers, len(names)) <= 1:
+        yield from map(answer_one, names)
+        return
+    with ProcessPoolExecutor(min(workers, len(names)), mp_context=get_context("spawn")) as pool:
+        try:
+            yield from pool.map(answer_one, names)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise

@@ -1,0 +1,105 @@
+"""`primfit batch`: which files, the same answers whatever the number of workers, and nothing overwritten."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from app.batch import CollisionError, plan
+from app.cli import app
+from fitting.primitives import Plane, Sphere
+
+
+def run(*args: object) -> Result:
+    return CliRunner().invoke(app, [str(arg) for arg in args])
+
+
+@pytest.fixture(scope="module")
+def clouds(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A sphere and a plane in inner folders, a file that is no cloud, and one that is none of ours."""
+    folder = tmp_path_factory.mktemp("clouds")
+    rng = np.random.default_rng(3)
+    for inner, primitive in {
+        "a": Sphere(np.array([1.0, 2.0, 3.0]), 0.5),
+        "b": Plane(np.array([0.0, 0.0, 1.0]), np.zeros(3)),
+    }.items():
+        (folder / inner).mkdir()
+        points = primitive.surface(rng.uniform(0, 3, 300), rng.uniform(0, 3, 300))
+        np.savetxt(folder / inner / "cloud.txt", points, delimiter=",", fmt="%.17g")
+    (folder / "words.txt").write_text("not a cloud\n")
+    (folder / "readme.md").write_text("not looked at\n")
+    return folder
+
+
+def test_answers_problems_and_counts(clouds: Path, tmp_path: Path) -> None:
+    result = run("batch", clouds, "--out", tmp_path, "--workers", 1)
+    assert sorted(str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*.*")) == [
+        "a/cloud.json",
+        "b/cloud.json",
+    ]
+    assert json.loads((tmp_path / "a" / "cloud.json").read_bytes())["primitive"]["kind"] == "sphere"
+    assert result.stderr.startswith(f"primfit: {clouds / 'words.txt'}: ")
+    assert len(result.stderr.splitlines()) == 1
+    assert result.stdout.startswith("3 clouds: 2 fitted, 0 ambiguous, 0 no_fit, 1 with a problem")
+    assert result.exit_code == 2
+
+
+def test_answer_is_that_of_fit_and_does_not_depend_on_the_workers(clouds: Path, tmp_path: Path) -> None:
+    for workers in (1, 2):
+        run(
+            "batch",
+            clouds / "a",
+            clouds / "b" / "cloud.txt",
+            "--out",
+            tmp_path / "same",
+            "--workers",
+            workers,
+        )
+        done = run("batch", clouds, "--out", tmp_path / str(workers), "--workers", workers)
+        assert "Traceback" not in done.stderr
+    for name in ("a/cloud.json", "b/cloud.json"):
+        one = (tmp_path / "1" / name).read_bytes()
+        assert one == (tmp_path / "2" / name).read_bytes()
+        assert one.decode() == run("fit", "--json", (clouds / name).with_suffix(".txt")).stdout
+
+
+def test_track_format(clouds: Path, tmp_path: Path) -> None:
+    result = run("batch", clouds / "a" / "cloud.txt", "--out", tmp_path, "--format", "shrec22")
+    assert result.exit_code == 0
+    label, *numbers = (tmp_path / "cloud_prediction.txt").read_text().splitlines()
+    fitted = json.loads(run("fit", "--json", clouds / "a" / "cloud.txt").stdout)["primitive"]
+    assert label == "3"
+    assert [float(n) for n in numbers] == [fitted["radius"], *fitted["center"]]
+
+
+def test_predictions_of_an_earlier_run_are_no_clouds(clouds: Path, tmp_path: Path) -> None:
+    (tmp_path / "cloud.txt").write_bytes((clouds / "a" / "cloud.txt").read_bytes())
+    for _ in range(2):
+        result = run("batch", tmp_path, "--out", tmp_path, "--format", "shrec22", "--workers", 1)
+        assert result.stdout.startswith("1 clouds: 1 fitted")
+
+
+def test_two_inputs_with_one_stem_are_refused(clouds: Path, tmp_path: Path) -> None:
+    result = run("batch", clouds / "a" / "cloud.txt", clouds / "b" / "cloud.txt", "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "would both write" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_input_is_never_overwritten(tmp_path: Path) -> None:
+    (tmp_path / "cloud.json").write_text("{}")
+    with pytest.raises(CollisionError, match="overwrite the input"):
+        plan([str(tmp_path / "cloud.json")], tmp_path, "json")
+
+
+def test_the_same_file_twice_is_done_once(tmp_path: Path) -> None:
+    (tmp_path / "cloud.csv").write_text("")
+    assert len(plan([str(tmp_path), str(tmp_path / "cloud.csv")], tmp_path / "out", "json")) == 1
+
+
+def test_an_empty_folder_is_said(tmp_path: Path) -> None:
+    result = run("batch", tmp_path, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "no .csv" in result.stderr

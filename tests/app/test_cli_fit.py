@@ -1,0 +1,154 @@
+"""`primfit fit`: readable and JSON answers, exit statuses, and files that cannot be read."""
+
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner, Result
+
+from app.cli import BADNESS, EXIT, Kind, app
+from app.render import render
+from fitting.primitives import KINDS, Cylinder
+
+AXIS = np.array([0.0, 0.6, 0.8])
+
+
+def run(*args: object, stdin: bytes | None = None) -> Result:
+    return CliRunner().invoke(app, [str(arg) for arg in args], input=stdin)
+
+
+@pytest.fixture(scope="module")
+def clouds(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cylinder, a ball filled at random (no primitive), two points, and a file of words."""
+    folder = tmp_path_factory.mktemp("clouds")
+    rng = np.random.default_rng(1)
+    cylinder = Cylinder(AXIS, np.array([1.0, 2.0, 3.0]), 2.5)
+    points = cylinder.surface(rng.uniform(0, 5, 600), rng.uniform(-3, 3, 600))
+    np.savetxt(folder / "cylinder.csv", points, delimiter=",", header="x,y,z", comments="", fmt="%.17g")
+    np.save(folder / "filled.npy", rng.uniform(-1, 1, (600, 3)))
+    (folder / "two.csv").write_text("0,0,0\n1,2,3\n")
+    (folder / "words.txt").write_text("not a cloud\n")
+    return folder
+
+
+def test_readable_answer_shows_parameters_and_trail(clouds: Path) -> None:
+    result = run("fit", clouds / "cylinder.csv")
+    assert result.exit_code == 0
+    assert "fitted: cylinder" in result.stdout
+    assert "radius" in result.stdout and "2.5" in result.stdout
+    assert "tried" in result.stdout and "accepted" in result.stdout
+
+
+def test_json_is_one_object_a_line_and_nothing_else(clouds: Path) -> None:
+    result = run("fit", "--json", clouds / "cylinder.csv", clouds / "filled.npy")
+    first, second = (json.loads(line) for line in result.stdout.splitlines())
+    assert first["primitive"]["kind"] == "cylinder"
+    assert first["primitive"]["radius"] == pytest.approx(2.5, rel=1e-9)
+    assert second["status"] == "no_fit"
+    assert result.stderr == ""
+    assert result.exit_code == EXIT["no_fit"]
+
+
+def test_options_arrive(clouds: Path) -> None:
+    result = run(
+        *("fit", "--json", "--kind", "sphere", "--kind", "plane", "--classifier", "none"),
+        *("--criterion", "least_squares", "--max-error", "1e-6", "--seed", "7", clouds / "cylinder.csv"),
+    )
+    body = json.loads(result.stdout)
+    assert body["receipt"]["options"] == {
+        "kinds": ["sphere", "plane"],
+        "classifier": "none",
+        "criterion": "least_squares",
+        "max_error": 1e-6,
+        "seed": 7,
+    }
+    assert body["status"] == "no_fit"
+    assert result.exit_code == 4
+
+
+def test_bad_files_are_named_and_the_others_are_done(clouds: Path) -> None:
+    names = [clouds / name for name in ("missing.csv", "words.txt", "two.csv", "cylinder.csv")]
+    result = run("fit", "--json", *names)
+    assert len(result.stdout.splitlines()) == 1
+    lines = result.stderr.splitlines()
+    assert len(lines) == 3
+    for line, name in zip(lines, names, strict=False):
+        assert line.startswith(f"primfit: {name}: ")
+    assert "No such file" in lines[0]
+    assert result.exit_code == 2
+
+
+def test_worst_status_wins() -> None:
+    assert BADNESS == (EXIT["fitted"], EXIT["ambiguous"], EXIT["no_fit"], 2)
+
+
+def test_standard_input(clouds: Path) -> None:
+    named = run("fit", "--json", clouds / "cylinder.csv")
+    piped = run("fit", "--json", "-", stdin=(clouds / "cylinder.csv").read_bytes())
+    assert piped.stdout == named.stdout
+    assert run("fit", "-", stdin=b"").stderr.startswith("primfit: -: ")
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "said"),
+    [
+        ("--max-error", "-1", "max_error"),
+        ("--seed", "-1", "seed"),
+        ("--kind", "cube", "cube"),
+        ("--classifier", "oracle", "oracle"),
+    ],
+)
+def test_bad_options_are_refused_before_any_file_is_read(
+    clouds: Path, option: str, value: str, said: str
+) -> None:
+    result = run("fit", "--json", option, value, clouds / "cylinder.csv")
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert said in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_kinds_are_those_of_the_engine() -> None:
+    assert tuple(Kind) == KINDS
+
+
+def test_render_covers_every_status() -> None:
+    """Built by hand: an ambiguous answer, and a no_fit where every attempt failed."""
+    sphere = {"kind": "sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}
+    cone = {"kind": "cone", "apex": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "half_angle": np.pi / 6}
+    receipt = {"n_points": 6, "format": "csv", "columns": ["x", "y", "z"]}
+    failed = {"kind": "cone", "probability": None, "outcome": "failed", "reason": "too few", "error": None}
+    body = {"primitive": sphere, "alternatives": [cone], "message": "both", "error": None, "receipt": receipt}
+    ambiguous = _text(body | {"status": "ambiguous", "attempts": []})
+    assert "ambiguous: sphere" in ambiguous and "or cone" in ambiguous and "30 degrees" in ambiguous
+    nothing = body | {"status": "no_fit", "primitive": None, "alternatives": [], "attempts": [failed]}
+    assert "no fit" in _text(nothing) and "too few" in _text(nothing)
+
+
+def _text(body: dict[str, object]) -> str:
+    console = Console(file=io.StringIO(), width=100)
+    console.print(render("cloud.csv", body))
+    return console.file.getvalue()  # type: ignore[attr-defined]
+
+
+def test_help_imports_neither_numpy_nor_the_service() -> None:
+    script = (
+        "import sys\n"
+        "from app.cli import app\n"
+        "try:\n    app(['--help'])\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numpy', 'scipy', 'sklearn', 'fastapi', 'torch'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True, capture_output=True)
+
+
+def test_version() -> None:
+    result = run("--version")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("primfit 0.")

@@ -1,0 +1,32 @@
+"""The text format of the SHREC 2022 track."""
+
+import numpy as np
+import pytest
+
+from app.shrec22 import LAYOUT, prediction
+from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
+
+Z = np.array([0.0, 0.0, 1.0])
+P = np.array([0.1, 1e-17, -1 / 3])
+
+
+@pytest.mark.parametrize(
+    ("primitive", "expected"),
+    [
+        (Plane(Z, P), [1, *Z, *P]),
+        (Cylinder(Z, P, 2.5), [2, 2.5, *Z, *P]),
+        (Sphere(P, 2.5), [3, 2.5, *P]),
+        (Cone(P, Z, 0.6), [4, 0.6, *Z, *P]),
+        (Torus(P, Z, 3.0, 1.5), [5, 3.0, 1.5, *Z, *P]),
+    ],
+)
+def test_label_first_then_parameters_in_full_precision(primitive: Primitive, expected: list[float]) -> None:
+    text = prediction(parameters(primitive))
+    assert text.endswith("\n")
+    assert [float(line) for line in text.splitlines()] == expected
+    assert text.splitlines()[0] == str(expected[0])
+
+
+def test_every_kind_has_a_label() -> None:
+    assert set(LAYOUT) == set(KINDS)
+    assert sorted(label for label, _ in LAYOUT.values()) == [1, 2, 3, 4, 5]

@@ -1,0 +1,87 @@
+"""What is shipped: every package, the weights, the examples, one version, a container without torch."""
+
+import subprocess
+import sys
+import tomllib
+import zipfile
+from importlib.metadata import entry_points, version
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+HOUSES = ("app", "fitting", "models", "synthetic")
+
+
+def test_every_package_is_listed() -> None:
+    found = {
+        ".".join(init.parent.relative_to(ROOT).parts)
+        for house in HOUSES
+        for init in (ROOT / house).rglob("__init__.py")
+    }
+    assert set(PROJECT["tool"]["setuptools"]["packages"]) == found
+
+
+def test_every_module_lies_in_a_package() -> None:
+    for house in HOUSES:
+        for module in (ROOT / house).rglob("*.py"):
+            assert (module.parent / "__init__.py").exists(), module
+
+
+def test_installed_version_is_the_one_of_the_project() -> None:
+    assert version("primfit") == PROJECT["project"]["version"]
+    assert f"\n## {PROJECT['project']['version']}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_command_is_installed() -> None:
+    (command,) = entry_points(group="console_scripts", name="primfit")
+    assert callable(command.load())
+
+
+def test_serving_needs_no_torch() -> None:
+    assert not any(name.startswith("torch") for name in PROJECT["project"]["dependencies"])
+    assert any(name.startswith("torch") for name in PROJECT["project"]["optional-dependencies"]["train"])
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
+    """The wheel, built from a copy so that the working tree stays as it is."""
+    folder = tmp_path_factory.mktemp("wheel")
+    source = folder / "source"
+    for name in ("pyproject.toml", "README.md", "LICENSE", "primfit.py", *HOUSES):
+        _copy(ROOT / name, source / name)
+    options = ["--quiet", "--no-deps", "--no-build-isolation", "--no-index", "--wheel-dir", str(folder)]
+    subprocess.run([sys.executable, "-m", "pip", "wheel", *options, str(source)], check=True)
+    (built,) = folder.glob("primfit-*.whl")
+    return zipfile.ZipFile(built)
+
+
+def test_wheel_holds_code_weights_examples_and_licence(wheel: zipfile.ZipFile) -> None:
+    names = set(wheel.namelist())
+    for file in [*(ROOT / "models" / "weights").glob("*.*"), *(ROOT / "app" / "examples").iterdir()]:
+        assert str(file.relative_to(ROOT)) in names
+    for house in HOUSES:
+        for module in (ROOT / house).rglob("*.py"):
+            assert str(module.relative_to(ROOT)) in names
+    assert "primfit.py" in names
+    assert any(name.endswith("licenses/LICENSE") for name in names)
+    assert not any(name.startswith(("tests/", "docs/")) for name in names)
+
+
+def test_image_runs_without_rights_and_has_a_health_check() -> None:
+    lines = (ROOT / "Dockerfile").read_text().splitlines()
+    assert any(line.startswith("USER ") and "root" not in line and " 0" not in line for line in lines)
+    assert any(line.startswith("HEALTHCHECK") for line in lines)
+    assert any(line.startswith("ARG BASE_IMAGE") for line in lines)
+    assert not any("torch" in line for line in lines)
+
+
+def _copy(source: Path, target: Path) -> None:
+    if source.is_file():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(source.read_bytes())
+        return
+    for inner in source.iterdir():
+        if inner.name != "__pycache__":
+            _copy(inner, target / inner.name)

@@ -1,0 +1,23 @@
+"""`import primfit`: the names it promises, and nothing else."""
+
+import doctest
+
+import primfit
+from app import engine
+from fitting import recognize
+
+
+def test_every_promised_name_is_there() -> None:
+    for name in primfit.__all__:
+        assert getattr(primfit, name) is not None
+
+
+def test_the_same_engine_as_the_service() -> None:
+    assert primfit.fit is engine.fit
+    assert primfit.recognize is getattr(recognize, "recognize", recognize)
+
+
+def test_the_example_in_the_docstring_runs() -> None:
+    failures, tried = doctest.testmod(primfit)
+    assert tried > 0
+    assert failures == 0
