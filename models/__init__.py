@@ -1,0 +1,28 @@
+"""Which primitive is it? Classifiers that rank the kinds before anything is fitted."""
+
+from functools import cache
+
+from fitting.classifier import Classifier
+
+__all__ = ["CLASSIFIERS", "load_classifier"]
+
+CLASSIFIERS = ("knn", "none")
+"""The names that `load_classifier` knows; `none` stands for trying every kind."""
+
+
+@cache
+def load_classifier(name: str) -> Classifier | None:
+    """The classifier of that name, loaded once; None for `none`.
+
+    Raises
+    ------
+    ValueError : an unknown name
+    models.weights.WeightsMismatchError : shipped weights that do not fit this version
+    """
+    if name == "none":
+        return None
+    if name == "knn":
+        from models.knn import KnnClassifier
+
+        return KnnClassifier.shipped()
+    raise ValueError(f"classifier must be one of {', '.join(CLASSIFIERS)}, not {name!r}")

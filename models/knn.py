@@ -1,0 +1,85 @@
+"""Nearest neighbours among labelled clouds, in the plane of features that separates the kinds best."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fitting.primitives import KINDS
+from models.features import N_FEATURES, features
+from models.weights import load
+
+Array = NDArray[np.float64]
+
+NEIGHBOURS = 15
+SMOOTHING = 0.1
+"""Votes that every kind starts with, so that none is ever impossible."""
+CLIP = 4.0
+"""Standardised features are held within this many standard deviations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Embedding:
+    """Features -> a few coordinates in which distance means difference of kind.
+
+    Attributes
+    ----------
+    mean, scale : (N_FEATURES,) of the features
+    projection : (N_FEATURES, D), applied to the clipped, standardised features
+    """
+
+    mean: Array
+    scale: Array
+    projection: Array
+
+    def __call__(self, rows: Array) -> Array:
+        """(..., N_FEATURES) -> (..., D)"""
+        return np.clip((rows - self.mean) / self.scale, -CLIP, CLIP) @ self.projection
+
+
+class KnnClassifier:
+    """k nearest neighbours; `sha256` names the weights.
+
+    Parameters
+    ----------
+    arrays : `mean`, `scale`, `projection` of the `Embedding`, and `references` (M, D) with their `labels`
+        (M,), indices into the five kinds
+    sha256 : of the weights
+    """
+
+    def __init__(self, arrays: Mapping[str, NDArray[Any]], sha256: str = "") -> None:
+        from sklearn.neighbors import KDTree  # slow to import, and not needed by whoever asks no k-NN
+
+        self.sha256 = sha256
+        self.embedding = Embedding(
+            *(arrays[name].astype(np.float64) for name in ("mean", "scale", "projection"))
+        )
+        self.labels = arrays["labels"].astype(np.int64)
+        self.tree = KDTree(arrays["references"].astype(np.float64))
+        self.neighbours = min(NEIGHBOURS, len(self.labels))
+        if self.embedding.projection.shape[0] != N_FEATURES:
+            raise ValueError(f"a projection of {N_FEATURES} features is needed")
+
+    @classmethod
+    def shipped(cls) -> "KnnClassifier":
+        """The shipped classifier; raises `WeightsMismatchError` when its weights do not fit the code."""
+        arrays, card = load("knn")
+        return cls(arrays, card.sha256)
+
+    def rank(self, points: Array, normals: Array) -> dict[str, float]:
+        """Probabilities of the kinds, summing to 1.
+
+        Parameters
+        ----------
+        points : (N, 3), any frame and unit
+        normals : (N, 3) unit normals, signs arbitrary
+        """
+        return dict(zip(KINDS, self.probabilities(features(points, normals)[None])[0].tolist(), strict=True))
+
+    def probabilities(self, rows: Array) -> Array:
+        """(M, N_FEATURES) -> (M, 5): smoothed shares of the votes."""
+        nearest = self.tree.query(self.embedding(rows), k=self.neighbours, return_distance=False)
+        votes = (self.labels[nearest][:, :, None] == np.arange(len(KINDS))).sum(axis=1) + SMOOTHING
+        return votes / votes.sum(axis=1, keepdims=True)

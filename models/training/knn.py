@@ -1,0 +1,104 @@
+"""Build the k-NN weights from synthetic clouds:  python -m models.training.knn
+
+The same seed and sizes give the same bytes. With --check a small build is made twice in a temporary folder,
+compared, loaded and scored; the shipped weights stay as they are.
+"""
+
+import argparse
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.features import BLOCKS
+from models.knn import CLIP, NEIGHBOURS, SMOOTHING, KnnClassifier
+from models.training.dataset import SEEN_POINTS, Dataset, make_dataset
+from models.training.metrics import metrics
+from models.weights import DIRECTORY, Card, load, save
+
+SEED = 2022
+TRAINING_CLOUDS = 15_000
+HELD_BACK_CLOUDS = 3_000
+CHECK_CLOUDS = 400
+LOWEST_CHECK = 0.85
+"""Top-1 accuracy that even the small build of --check must reach."""
+
+
+def build(data: Dataset) -> dict[str, NDArray[Any]]:
+    """Standardisation, the discriminant projection, and the clouds themselves as references."""
+    from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+
+    mean, scale = data.rows.mean(axis=0), data.rows.std(axis=0)
+    scale = np.where(scale > 1e-9, scale, 1.0)
+    standard = np.clip((data.rows - mean) / scale, -CLIP, CLIP)
+    projection = LinearDiscriminantAnalysis().fit(standard, data.labels).scalings_
+    return {
+        "mean": mean.astype(np.float32),
+        "scale": scale.astype(np.float32),
+        "projection": projection.astype(np.float32),
+        "references": (standard @ projection).astype(np.float16),
+        "labels": data.labels.astype(np.uint8),
+    }
+
+
+def train(seed: int, clouds: int, held_back: int, directory: Path) -> Card:
+    """Build from clouds of `seed`, score on clouds of `seed + 1`, write the weights and their card."""
+    arrays = build(make_dataset(seed, clouds))
+    test = make_dataset(seed + 1, held_back)
+    scores = metrics(KnnClassifier(arrays).probabilities(test.rows), test)
+    recipe = {
+        "command": f"python -m models.training.knn --seed {seed} --clouds {clouds} --held-back {held_back}",
+        "clouds": clouds,
+        "held_back_seed": seed + 1,
+        "seen_points": SEEN_POINTS,
+        "feature_blocks": BLOCKS,
+        "projection": "linear discriminant analysis of the standardised features",
+        "neighbours": NEIGHBOURS,
+        "smoothing": SMOOTHING,
+    }
+    return save(arrays, "knn", recipe, seed, scores, directory)
+
+
+def check(seed: int) -> None:
+    """Raise unless two small builds agree to the byte, load, and are right often enough."""
+    cards = []
+    for _ in range(2):
+        with tempfile.TemporaryDirectory() as folder:
+            train(seed, CHECK_CLOUDS, CHECK_CLOUDS // 2, Path(folder))
+            cards.append(load("knn", Path(folder))[1])
+    if cards[0] != cards[1]:
+        raise SystemExit("two builds from one seed differ")
+    if cards[0].metrics["top1"] < LOWEST_CHECK:
+        raise SystemExit(f"top-1 accuracy is {cards[0].metrics['top1']}, below {LOWEST_CHECK}")
+    print(f"two builds of {CHECK_CLOUDS} clouds agree to the byte; top-1 {cards[0].metrics['top1']}")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m models.training.knn", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--clouds", type=int, default=TRAINING_CLOUDS)
+    parser.add_argument(
+        "--held-back", type=int, default=HELD_BACK_CLOUDS, help="clouds scored, from seed + 1"
+    )
+    parser.add_argument("--out", type=Path, default=DIRECTORY)
+    parser.add_argument("--check", action="store_true", help="two small builds, compared; writes nothing")
+    options = parser.parse_args(arguments)
+    if options.check:
+        check(options.seed)
+        return
+    start = time.perf_counter()
+    card = train(options.seed, options.clouds, options.held_back, options.out)
+    print(f"{options.out / 'knn.npz'}: sha256 {card.sha256}")
+    scores = card.metrics
+    print(f"top-1 {scores['top1']}, top-2 {scores['top2']} on {scores['clouds']} held-back clouds")
+    print(f"{time.perf_counter() - start:.0f} s", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
