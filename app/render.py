@@ -28,38 +28,31 @@ def render(name: str, body: Mapping[str, Any]) -> RenderableType:
         (name, "bold"),
         f"  {receipt['n_points']:,} points, {receipt['format']} {' '.join(receipt['columns'])}",
     )
-    found = Text(status.replace("_", " "), f"bold {COLOR[status]}")
+    found = Text.assemble((status.replace("_", " "), f"bold {COLOR[status]}"), "  ", body["message"])
+    parts: list[RenderableType] = [Rule(title, align="left", style="dim"), found]
     if body["primitive"] is not None:
-        found.append(": " if status == "fitted" else ": best try ", "default")
-        found.append(body["primitive"]["kind"], "bold")
-    parts: list[RenderableType] = [
-        Rule(title, align="left", style="dim"),
-        found,
-        Text(body["message"], "italic"),
-    ]
-    if body["primitive"] is not None:
-        parts.append(Padding(_parameters(body["primitive"]), (1, 0, 0, 2)))
-    for other in body["alternatives"]:
-        parts.append(Padding(Text.assemble("or ", (other["kind"], "bold")), (1, 0, 0, 0)))
-        parts.append(Padding(_parameters(other), (0, 0, 0, 2)))
+        label = "best try" if status == "no_fit" else "kind"
+        parts.append(Padding(_parameters(body["primitive"], label), (1, 0, 0, 0)))
+    parts += [Padding(_parameters(other, "or"), (1, 0, 0, 0)) for other in body["alternatives"]]
     if body["error"] is not None:
-        parts.append(Padding(_error(body["error"]), (1, 0, 0, 2)))
+        parts.append(Padding(_error(body["error"]), (1, 0, 0, 0)))
     parts.append(Padding(_attempts(body["attempts"]), (1, 0, 1, 0)))
     return Group(*parts)
 
 
-def _grid(**options: Any) -> Table:
-    grid = Table.grid(padding=(0, 2), **options)
-    grid.add_column(style="dim", no_wrap=True)
+def _grid() -> Table:
+    grid = Table.grid(padding=(0, 2, 0, 0), pad_edge=True)
+    grid.add_column(style="dim", no_wrap=True, min_width=12)
     return grid
 
 
-def _parameters(primitive: Mapping[str, Any]) -> Table:
+def _parameters(primitive: Mapping[str, Any], label: str) -> Table:
     grid = _grid()
+    grid.add_row(label, Text(primitive["kind"], "bold"))
     for name, value in primitive.items():
         if name == "kind":
             continue
-        shown = "  ".join(_number(v) for v in value) if isinstance(value, list) else _number(value).strip()
+        shown = "  ".join(_number(v) for v in value) if isinstance(value, list) else _number(value)
         if name == "half_angle":
             shown += f" rad = {_plain(math.degrees(value))} degrees"
         grid.add_row(name.replace("_", " "), shown)
@@ -98,8 +91,8 @@ def _attempts(attempts: list[Mapping[str, Any]]) -> Table:
 
 
 def _plain(value: float) -> str:
-    return f"{value:.8g}"
+    return f"{value:.9g}"
 
 
 def _number(value: float) -> str:
-    return f"{_plain(value):>13}"
+    return f"{_plain(value):>14}"
