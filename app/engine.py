@@ -34,8 +34,8 @@ def fit(
     kinds : kinds that may be answered; None allows all
     classifier : who ranks the kinds: `knn`, or `none` to try all of them and select
     criterion : `robust`, or `least_squares` over all points alike
-    max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share of the
-        bounding-box diagonal; None derives the threshold from the cloud's own noise
+    max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share of
+        the bounding-box diagonal; None derives the threshold from the cloud's own noise
     seed : of every random choice; the same seed gives the same answer
     normals : (N, 3) unit normals with arbitrary signs, or None to estimate them
 

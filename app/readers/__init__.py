@@ -40,7 +40,9 @@ _UNSUPPORTED = {
 }
 
 
-def read(data: bytes | memoryview, max_points: int | None = None) -> Cloud:
+def read(
+    data: bytes | memoryview, max_points: int | None = None, max_json_points: int | None = None
+) -> Cloud:
     """Read a cloud of any known format: CSV, XYZ, TXT, NPY, PLY, or JSON with `points`.
 
     Raises `UnreadableFileError`, or of its kinds `InvalidPointsError` and `TooLargeError`.
@@ -56,7 +58,7 @@ def read(data: bytes | memoryview, max_points: int | None = None) -> Cloud:
                 "file", f"the file is {name}; CSV, XYZ, TXT, NPY, PLY and JSON are read"
             )
     if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
-        cloud, options = read_json(view, max_points)
+        cloud, options = read_json(view, max_json_points)
         if options:
             raise UnreadableFileError("options", "options belong beside the file, not into it")
         return cloud

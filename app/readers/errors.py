@@ -8,7 +8,7 @@ SHOWN = 20
 
 @dataclass(frozen=True)
 class FieldError:
-    """One bad field: its name (`points[17][2]`, `line 4`), what is wrong, and the class of the value found."""
+    """One bad field: its name (`points[17][2]`, `line 4`), what is wrong, the class of the value found."""
 
     field: str
     message: str
@@ -16,7 +16,7 @@ class FieldError:
 
 
 class UnreadableFileError(ValueError):
-    """The bytes are not a cloud; `field` and `message` say where and why, `errors` lists the first bad fields."""
+    """The bytes are not a cloud; `field` and `message` say where and why, `errors` lists more."""
 
     def __init__(
         self, field: str, message: str, value: str | None = None, errors: Sequence[FieldError] = ()

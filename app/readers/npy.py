@@ -20,9 +20,8 @@ def read_npy(data: memoryview, max_points: int | None = None) -> Cloud:
     names = dtype.names
     if names is None:
         _check_numeric(dtype, "dtype")
-        if len(shape) != 2 or shape[1] < 3:
-            hint = "; transpose it" if len(shape) == 2 and shape[0] == 3 else ""
-            raise InvalidPointsError("shape", f"array of shape {_text(shape)}; points are (N, 3){hint}")
+        if len(shape) != 2 or shape[-1] < 3:
+            raise InvalidPointsError("shape", f"array of shape {_text(shape)}; points are (N, 3)")
     elif len(shape) != 1:
         raise InvalidPointsError("shape", f"structured array of shape {_text(shape)}; points are (N,)")
     check_count(shape[0], max_points)

@@ -1,7 +1,7 @@
 """PLY, ascii and binary: the coordinates and normals of its vertices.
 
-Own reader, not a library's: the counts of the header are held against the bytes that are there before anything
-is allocated, and what follows the vertices (faces) is not parsed at all.
+Own reader, not a library's: the counts of the header are held against the bytes that are there before
+anything is allocated, and what follows the vertices (faces) is not parsed at all.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ _TYPES = {
 
 @dataclass(frozen=True)
 class _Element:
-    """One element of the header: its name, count, and scalar properties (name, type); `lists` if it has lists."""
+    """One element of the header: its name, count, scalar properties (name, type), and names of its lists."""
 
     name: str
     count: int

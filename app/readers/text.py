@@ -27,7 +27,7 @@ _DELIMITER_NAMES = {",": "comma", ";": "semicolon", "\t": "tab", None: "white sp
 
 @dataclass(frozen=True)
 class _Layout:
-    """How a text is written: delimiter (None is white space), line of the first row, its width and columns."""
+    """How a text is written: delimiter (None: white space), line of the first row, its width, columns."""
 
     delimiter: str | None
     first_line: int

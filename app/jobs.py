@@ -1,0 +1,93 @@
+"""What a worker process does with one request: read, fit, and write the body of the response."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from app.answer import answer, to_json, versions
+from app.engine import fit
+from app.multipart import split_parts
+from app.options import check_options, parse_options
+from app.problems import MEDIA_TYPE, problem
+from app.readers import Cloud, UnreadableFileError, read, read_json
+
+_log = logging.getLogger("primfit")
+
+
+@dataclass(frozen=True)
+class FitJob:
+    """A request as the service received it; a large body stands in a file."""
+
+    request_id: str
+    body: bytes | Path
+    media_type: str
+    content_type: str
+    query: list[tuple[str, str]]
+    max_points: int
+    max_json_points: int
+
+
+@dataclass(frozen=True)
+class Reply:
+    """A finished response, and the seconds that went into its steps."""
+
+    status: int
+    content: bytes
+    media_type: str = "application/json"
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+def warm() -> dict[str, str | None]:
+    """Load the weights and fit once, so that no request waits for an import; returns the versions."""
+    grid = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 3)) * [1.0, 1.0, 0.0]
+    fit(grid)
+    return versions("knn")
+
+
+def run(job: FitJob) -> Reply:
+    """The response to one request; every failure is a problem document."""
+    try:
+        return _fit(job)
+    except Exception as error:
+        refused = problem(error, f"/requests/{job.request_id}")
+        if refused.status >= 500:
+            _log.exception("request %s failed", job.request_id)
+        return Reply(refused.status, refused.content, MEDIA_TYPE)
+
+
+def _fit(job: FitJob) -> Reply:
+    started = perf_counter()
+    body = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
+    cloud, in_body = _READ.get(job.media_type, _read_raw)(body, job)
+    options = check_options(job.query, in_body)
+    read_at = perf_counter()
+    content = answer(fit(cloud.points, normals=cloud.normals, **options), cloud, options)
+    seconds = {"read": read_at - started, "fit": perf_counter() - read_at}
+    return Reply(200, to_json(content), seconds=seconds)
+
+
+def _read_raw(body: bytes, job: FitJob) -> tuple[Cloud, dict[str, Any]]:
+    return read(body, job.max_points, job.max_json_points), {}
+
+
+def _read_json(body: bytes, job: FitJob) -> tuple[Cloud, dict[str, Any]]:
+    return read_json(memoryview(body), job.max_json_points)
+
+
+def _read_multipart(body: bytes, job: FitJob) -> tuple[Cloud, dict[str, Any]]:
+    parts = split_parts(body, job.content_type)
+    if "file" not in parts:
+        raise UnreadableFileError("file", "part file is missing", "missing")
+    options = parse_options(parts["options"]) if "options" in parts else {}
+    return read(parts["file"], job.max_points, job.max_json_points), options
+
+
+_READ: dict[str, Callable[[bytes, FitJob], tuple[Cloud, dict[str, Any]]]] = {
+    "application/json": _read_json,
+    "multipart/form-data": _read_multipart,
+}

@@ -1,0 +1,50 @@
+"""Options from a JSON object or a query string, checked and with every mistake named."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import orjson
+from pydantic import ValidationError
+
+from app.problems import InvalidOptionsError, option_errors
+from app.readers.errors import FieldError, UnreadableFileError, describe
+from app.schemas import FitOptions
+
+ALLOWED = tuple(FitOptions.model_fields)
+_TEXT_LIMIT = 64 * 1024
+
+
+def check_options(in_query: Sequence[tuple[str, str]], in_body: Mapping[str, Any]) -> dict[str, Any]:
+    """The keyword options of `engine.fit`; each is given in one place, and only `kinds` may be repeated."""
+    query: dict[str, Any] = {}
+    errors: list[FieldError] = []
+    for name, value in in_query:
+        if name == "kinds":
+            query.setdefault(name, []).append(value)
+        elif name in query:
+            errors.append(FieldError(name, "given more than once"))
+        else:
+            query[name] = value
+    errors += [FieldError(f"options.{name}", "given in the query too") for name in in_body if name in query]
+    checked: dict[str, Any] = {}
+    for prefix, given, strict in (("", query, False), ("options.", in_body, True)):
+        try:
+            checked |= FitOptions.model_validate(given, strict=strict).model_dump(exclude_unset=True)
+        except ValidationError as error:
+            errors += option_errors(error, prefix, ALLOWED)
+    if errors:
+        raise InvalidOptionsError(errors)
+    return checked
+
+
+def parse_options(text: memoryview) -> dict[str, Any]:
+    """The JSON text of the part `options`."""
+    if len(text) > _TEXT_LIMIT:
+        raise UnreadableFileError("options", "options are over 64 KiB long", f"{len(text)} bytes")
+    try:
+        options = orjson.loads(text)
+    except orjson.JSONDecodeError as error:
+        raise UnreadableFileError("options", f"not valid JSON at character {error.pos}") from None
+    if not isinstance(options, dict):
+        raise UnreadableFileError("options", "options must be a JSON object", describe(options))
+    return options

@@ -1,0 +1,169 @@
+"""Errors as problem documents (RFC 9457): one table from exceptions to statuses.
+
+Nothing of the input is repeated but the names of fields, and those are cut.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import orjson
+from pydantic import ValidationError
+from starlette.exceptions import HTTPException
+
+from app.readers.errors import (
+    SHOWN,
+    FieldError,
+    InvalidPointsError,
+    TooLargeError,
+    UnreadableFileError,
+    describe,
+)
+from fitting.errors import InvalidOptionError, InvalidPointCloudError
+
+MEDIA_TYPE = "application/problem+json"
+_FIELD_LENGTH, _TEXT_LENGTH = 80, 400
+
+
+class ServiceError(Exception):
+    """A request that the service does not carry out, for a reason that is not in the cloud."""
+
+
+class UnsupportedMediaTypeError(ServiceError):
+    """The body is of a type that is not read."""
+
+
+class BodyTimeoutError(ServiceError):
+    """The client stopped sending before its body was complete."""
+
+
+class BusyError(ServiceError):
+    """Too many requests wait for a worker already."""
+
+
+class WorkerDiedError(ServiceError):
+    """The process that worked on the request ended."""
+
+
+class TimeLimitError(ServiceError):
+    """Reading and fitting took longer than allowed."""
+
+
+class NotReadyError(ServiceError):
+    """The workers are not warm yet."""
+
+
+class InvalidOptionsError(ValueError):
+    """Options that are unknown, of the wrong type, or given twice."""
+
+    def __init__(self, errors: Sequence[FieldError]) -> None:
+        super().__init__(f"{len(errors)} options are not valid")
+        self.errors = tuple(errors)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One type of problem: status, the last part of its `type` URI, and title."""
+
+    status: int
+    slug: str
+    title: str
+    headers: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def uri(self) -> str:
+        return f"urn:primfit:problem:{self.slug}"
+
+
+_RETRY = {"Retry-After": "1"}
+KINDS: dict[type[Exception], Kind] = {
+    InvalidPointsError: Kind(422, "invalid-points", "The points are not a cloud that can be fitted"),
+    InvalidPointCloudError: Kind(422, "invalid-points", "The points are not a cloud that can be fitted"),
+    TooLargeError: Kind(413, "too-large", "The input is over a limit"),
+    UnreadableFileError: Kind(422, "unreadable-input", "The input cannot be read"),
+    InvalidOptionsError: Kind(422, "invalid-options", "An option is unknown or out of range"),
+    InvalidOptionError: Kind(422, "invalid-options", "An option is unknown or out of range"),
+    UnsupportedMediaTypeError: Kind(
+        415, "unsupported-media-type", "The media type of the body is not supported"
+    ),
+    BodyTimeoutError: Kind(408, "body-timeout", "The body did not arrive", {"Connection": "close"}),
+    BusyError: Kind(503, "busy", "Too many requests are waiting", _RETRY),
+    NotReadyError: Kind(503, "not-ready", "The service is not ready", _RETRY),
+    WorkerDiedError: Kind(503, "worker-died", "The worker process ended; it is being replaced", _RETRY),
+    TimeLimitError: Kind(504, "time-limit", "Reading and fitting took too long"),
+}
+INTERNAL = Kind(500, "internal-error", "The service failed; the request may be valid")
+_HTTP = {
+    404: Kind(404, "not-found", "No such path"),
+    405: Kind(405, "method-not-allowed", "No such method here"),
+}
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A problem document, ready to be sent."""
+
+    status: int
+    content: bytes
+    headers: Mapping[str, str]
+
+
+def problem(error: Exception, instance: str) -> Problem:
+    """The problem document of an exception; `instance` identifies the request."""
+    kind = _kind(error)
+    detail, errors = _describe(error)
+    document: dict[str, Any] = {
+        "type": kind.uri,
+        "title": kind.title,
+        "status": kind.status,
+        "detail": detail[:_TEXT_LENGTH],
+        "instance": instance,
+        "errors": [_field(error) for error in errors[:SHOWN]],
+    }
+    headers = {**kind.headers, **(getattr(error, "headers", None) or {})}
+    return Problem(kind.status, orjson.dumps(document), headers)
+
+
+def option_errors(error: ValidationError, prefix: str, allowed: Sequence[str]) -> list[FieldError]:
+    """What pydantic found in the options, in our words."""
+    return [
+        FieldError(
+            prefix + "".join(f"[{step}]" if isinstance(step, int) else str(step) for step in found["loc"]),
+            f"unknown option; allowed are {', '.join(allowed)}"
+            if found["type"] == "extra_forbidden"
+            else found["msg"],
+            describe(found["input"]),
+        )
+        for found in error.errors(include_url=False, include_context=False)[:SHOWN]
+    ]
+
+
+def _kind(error: Exception) -> Kind:
+    if isinstance(error, HTTPException):
+        return _HTTP.get(error.status_code) or Kind(
+            error.status_code, "http-error", "The request was refused"
+        )
+    return next((KINDS[base] for base in type(error).__mro__ if base in KINDS), INTERNAL)
+
+
+def _describe(error: Exception) -> tuple[str, Sequence[FieldError]]:
+    match error:
+        case UnreadableFileError():
+            return error.message, error.errors
+        case InvalidOptionsError():
+            return str(error), error.errors
+        case InvalidPointCloudError():
+            return str(error), [FieldError(error.field, str(error))]
+        case InvalidOptionError():
+            return str(error), [FieldError(f"options.{error.field}", str(error))]
+        case ServiceError():
+            return str(error), []
+        case HTTPException():
+            return str(error.detail), []
+        case _:
+            return "an unexpected error; the log of the service tells more under this instance", []
+
+
+def _field(error: FieldError) -> dict[str, str]:
+    shown = {"field": error.field[:_FIELD_LENGTH], "message": error.message[:_TEXT_LENGTH]}
+    return shown if error.value is None else {**shown, "value": error.value[:_FIELD_LENGTH]}

@@ -1,0 +1,203 @@
+"""The wire: options, requests and answers as the OpenAPI document shows them.
+
+Points are not validated here: a model of 200,000 rows is slow and repeats the input in its errors. The
+readers check them; these models describe them.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
+
+KindName = Literal["plane", "sphere", "cylinder", "cone", "torus"]
+ClassifierName = Literal["knn", "none"]
+CriterionName = Literal["robust", "least_squares"]
+
+Vector = Annotated[
+    list[float], Field(min_length=3, max_length=3, description="[x, y, z]", examples=[[0.0, 0.0, 1.0]])
+]
+Upload = Annotated[bytes, WithJsonSchema({"type": "string", "format": "binary"})]
+
+
+class FitOptions(BaseModel):
+    """What may be asked of a fit."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    kinds: list[KindName] | None = Field(
+        None, min_length=1, max_length=5, description="kinds that may be answered; all of them by default"
+    )
+    classifier: ClassifierName = Field("knn", description="who ranks the kinds; `none` tries all and selects")
+    criterion: CriterionName = Field(
+        "robust", description="`robust` rejects outliers, `least_squares` counts every point alike"
+    )
+    max_error: float | None = Field(
+        None,
+        gt=0,
+        le=1,
+        description="largest accepted mean distance of the points not rejected as outliers, as a share of "
+        "the bounding-box diagonal; by default it follows from the noise of the cloud",
+    )
+    seed: int = Field(0, ge=0, le=2**63 - 1, description="seed of every random choice")
+
+
+class FitRequest(BaseModel):
+    """A cloud in JSON."""
+
+    points: list[Vector] = Field(description="points [x, y, z], finite numbers in any unit of length")
+    options: FitOptions | None = None
+
+
+class FitUpload(BaseModel):
+    """A cloud as a file: CSV, XYZ, TXT, NPY, PLY or JSON, recognised by content."""
+
+    file: Upload = Field(description="the file")
+    options: FitOptions | None = Field(None, description="options as JSON text")
+
+
+class Plane(BaseModel):
+    """A plane; `point` is the one closest to the centroid of the cloud."""
+
+    kind: Literal["plane"]
+    normal: Vector
+    point: Vector
+
+
+class Sphere(BaseModel):
+    """A sphere."""
+
+    kind: Literal["sphere"]
+    center: Vector
+    radius: float
+
+
+class Cylinder(BaseModel):
+    """An endless circular cylinder; `point` is the point of the axis closest to the centroid."""
+
+    kind: Literal["cylinder"]
+    axis: Vector
+    point: Vector
+    radius: float
+
+
+class Cone(BaseModel):
+    """A circular cone; the axis points from the apex into the nappe that holds the points."""
+
+    kind: Literal["cone"]
+    apex: Vector
+    axis: Vector
+    half_angle: float = Field(description="radians, between 0 and pi/2")
+
+
+class Torus(BaseModel):
+    """A circular torus."""
+
+    kind: Literal["torus"]
+    center: Vector
+    axis: Vector
+    major_radius: float
+    minor_radius: float
+
+
+Primitive = Annotated[Plane | Sphere | Cylinder | Cone | Torus, Field(discriminator="kind")]
+
+
+class ErrorSummary(BaseModel):
+    """Orthogonal distances of all points to the primitive, in the unit of the input."""
+
+    rms: float
+    mean: float
+    p95: float
+    max: float
+    relative_mean: float = Field(description="mean over the diagonal of the bounding box")
+    inlier_share: float = Field(description="share of the points not rejected as outliers")
+    exact_share: float = Field(description="share of the points that lie on the surface to the last digits")
+    noise_scale: float = Field(description="standard deviation of the inliers that are not exact")
+
+
+class Attempt(BaseModel):
+    """One kind that was tried."""
+
+    kind: KindName
+    probability: float | None = Field(description="what the classifier gave it")
+    outcome: Literal["accepted", "refused", "failed"]
+    reason: str
+    primitive: Primitive | None
+    error: ErrorSummary | None
+
+
+class UsedOptions(BaseModel):
+    """The options as used, defaults filled in."""
+
+    kinds: list[KindName]
+    classifier: ClassifierName
+    criterion: CriterionName
+    max_error: float | None
+    seed: int
+
+
+class Versions(BaseModel):
+    """Versions that decide the numbers."""
+
+    primfit: str
+    weights: str | None = Field(description="SHA-256 of the classifier's weights")
+    numpy: str
+    scipy: str
+
+
+class Receipt(BaseModel):
+    """What was fitted and how: enough to repeat it."""
+
+    input_sha256: str = Field(description="of the points as little-endian float64, row by row")
+    n_points: int
+    format: str = Field(description="json, text, npy or ply")
+    columns: list[str] = Field(description="columns used, by their name in the file")
+    options: UsedOptions
+    versions: Versions
+
+
+class FitAnswer(BaseModel):
+    """Which primitive the cloud is, and the evidence."""
+
+    status: Literal["fitted", "ambiguous", "no_fit"] = Field(
+        description="`ambiguous`: `alternatives` explain it as well; `no_fit`: the best try is not good enough"
+    )
+    primitive: Primitive | None
+    alternatives: list[Primitive]
+    message: str
+    extents: dict[str, Any] | None = Field(description="null in this version")
+    uncertainty: dict[str, Any] | None = Field(description="null in this version")
+    error: ErrorSummary | None
+    attempts: list[Attempt] = Field(description="every kind that was tried, in order")
+    receipt: Receipt
+
+
+class Live(BaseModel):
+    """The process answers."""
+
+    status: Literal["alive"]
+
+
+class Ready(BaseModel):
+    """Workers are warm and the weights are loaded."""
+
+    status: Literal["ready"]
+    workers: int
+
+
+class ProblemField(BaseModel):
+    """One bad field."""
+
+    field: str = Field(examples=["points[17][2]"])
+    message: str
+    value: str | None = Field(None, description="class of the value found, never the value")
+
+
+class Problem(BaseModel):
+    """A problem document (RFC 9457)."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    instance: str
+    errors: list[ProblemField] = Field(max_length=20)

@@ -1,0 +1,210 @@
+"""Worker processes, each behind its own pipe: one may be killed or die without touching the others."""
+
+import asyncio
+import logging
+import multiprocessing
+import os
+import sys
+from collections.abc import Awaitable, Callable, Coroutine
+from concurrent.futures import ThreadPoolExecutor
+from multiprocessing.connection import Connection
+from typing import Any
+
+from app.problems import BusyError, TimeLimitError, WorkerDiedError
+
+_START_LIMIT = 120.0
+_START_PAUSE = 2.0
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+_log = logging.getLogger("primfit")
+
+Work = Callable[[Any], Any]
+
+
+def _context(preload: list[str]) -> Any:
+    """Processes are forked from a small server that has imported everything, or spawned without one."""
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    if sys.platform == "win32":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(preload)
+    return context
+
+
+def _serve(connection: Connection, warm: Callable[[], Any], work: Work) -> None:
+    """The life of a worker process: warm up, say so, then one job after the other until the pipe closes."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "nice"):
+        os.nice(5)
+    try:
+        connection.send((True, warm()))
+    except Exception as error:
+        connection.send((False, f"{type(error).__name__}: {error}"))
+        return
+    while True:
+        try:
+            job = connection.recv()
+        except EOFError:
+            return
+        connection.send(work(job))
+
+
+class _Worker:
+    """One process and our end of its pipe."""
+
+    def __init__(self, context: Any, warm: Callable[[], Any], work: Work) -> None:
+        self._context, self._warm, self._work = context, warm, work
+        self._process: Any = None
+        self._connection: Any = None
+        self._stopped = False
+        self.greeting: Any = None
+
+    @property
+    def alive(self) -> bool:
+        return self._process is not None and self._process.is_alive()
+
+    def start(self) -> None:
+        self._connection, theirs = self._context.Pipe()
+        self._process = self._context.Process(
+            target=_serve, args=(theirs, self._warm, self._work), daemon=True, name="primfit-worker"
+        )
+        self._process.start()
+        theirs.close()
+        if self._stopped:
+            self.kill()
+            raise WorkerDiedError("the service is stopping")
+        warm, greeting = self._receive(_START_LIMIT)
+        if not warm:
+            self.kill()
+            raise WorkerDiedError(f"a worker did not start: {greeting}")
+        self.greeting = greeting
+
+    def call(self, job: Any, time_limit: float) -> Any:
+        """Have a job done; whatever goes wrong, the process is gone afterwards."""
+        if not self.alive:
+            self.start()
+        try:
+            self._connection.send(job)
+        except OSError as error:
+            self.kill()
+            raise WorkerDiedError("the worker process had ended") from error
+        return self._receive(time_limit)
+
+    def _receive(self, time_limit: float) -> Any:
+        try:
+            if self._connection.poll(time_limit):
+                return self._connection.recv()
+        except (EOFError, OSError) as error:
+            self.kill()
+            raise WorkerDiedError("the worker process ended while it worked on this request") from error
+        self.kill()
+        raise TimeLimitError(
+            f"not done after {time_limit:g} s, the limit of this service; the work was stopped"
+        )
+
+    def kill(self) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+            self._connection.close()
+            self._process = None
+
+    def stop(self) -> None:
+        """End the process from another thread than the one that may be waiting for it."""
+        self._stopped = True
+        if (process := self._process) is not None:
+            process.kill()
+            process.join()
+
+
+class WorkerPool:
+    """A fixed number of warm workers; `run` hands a job to the next free one."""
+
+    def __init__(
+        self,
+        size: int,
+        warm: Callable[[], Any],
+        work: Work,
+        *,
+        time_limit: float = 60.0,
+        queue_size: int = 64,
+        preload: list[str] | None = None,
+    ) -> None:
+        context = _context(preload or [])
+        self._workers = [_Worker(context, warm, work) for _ in range(size)]
+        self._threads = ThreadPoolExecutor(size, thread_name_prefix="primfit-pipe")
+        self._free: asyncio.Queue[_Worker] = asyncio.Queue()
+        self._warm: set[_Worker] = set()
+        self._tasks: set[asyncio.Task[Any]] = set()
+        self._time_limit, self._queue_size, self._waiting = time_limit, queue_size, 0
+
+    @property
+    def n_warm(self) -> int:
+        """Workers that run and have warmed up."""
+        return sum(worker.alive for worker in self._warm)
+
+    @property
+    def greeting(self) -> Any:
+        """What `warm` returned in the first worker, None before that."""
+        return self._workers[0].greeting
+
+    def start(self) -> None:
+        """Begin to warm the workers up; `n_warm` counts those that are."""
+        for worker in self._workers:
+            self._spawn(self._revive(worker))
+
+    async def run(self, job: Any, abandoned: Callable[[], Awaitable[bool]]) -> Any:
+        """Have a job done by the next free worker, unless it is `abandoned` when its turn comes.
+
+        Raises `BusyError`, `TimeLimitError`, `WorkerDiedError`; returns None for an abandoned job.
+        """
+        if self._free.empty() and self._waiting >= self._queue_size:
+            raise BusyError(f"{self._waiting} requests are waiting, the limit of this service")
+        self._waiting += 1
+        try:
+            worker = await self._free.get()
+        finally:
+            self._waiting -= 1
+        if await abandoned():
+            self._free.put_nowait(worker)
+            return None
+        return await asyncio.shield(self._spawn(self._call(worker, job)))
+
+    async def _call(self, worker: _Worker, job: Any) -> Any:
+        try:
+            return await self._in_thread(worker.call, job, self._time_limit)
+        finally:
+            if worker.alive:
+                self._free.put_nowait(worker)
+            else:
+                self._spawn(self._revive(worker))
+
+    async def _revive(self, worker: _Worker) -> None:
+        """Start a worker, and try again for as long as it does not come up."""
+        self._warm.discard(worker)
+        while not worker.alive:
+            try:
+                await self._in_thread(worker.start)
+            except Exception as error:
+                _log.error("%s; trying again", error)
+                await asyncio.sleep(_START_PAUSE)
+        self._warm.add(worker)
+        self._free.put_nowait(worker)
+
+    def _in_thread(self, function: Callable[..., Any], *args: Any) -> asyncio.Future[Any]:
+        return asyncio.get_running_loop().run_in_executor(self._threads, function, *args)
+
+    def _spawn(self, coroutine: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
+        task = asyncio.create_task(coroutine)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+    def stop(self) -> None:
+        """End every worker, busy or not."""
+        for task in self._tasks:
+            task.cancel()
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        for worker in self._workers:
+            worker.stop()
