@@ -1,6 +1,8 @@
 """`import primfit`: the names it promises, and nothing else."""
 
 import doctest
+import subprocess
+import sys
 
 import primfit
 from app import engine
@@ -21,3 +23,9 @@ def test_the_example_in_the_docstring_runs() -> None:
     failures, tried = doctest.testmod(primfit)
     assert tried > 0
     assert failures == 0
+
+
+def test_importing_it_loads_neither_the_service_nor_the_classifier() -> None:
+    script = "import primfit, sys; print({'fastapi', 'sklearn', 'torch', 'typer'} & set(sys.modules))"
+    found = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stdout
+    assert found.strip() == "set()"
