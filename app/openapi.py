@@ -97,18 +97,21 @@ def _body() -> dict[str, Any]:
 
 
 def _query() -> list[dict[str, Any]]:
-    """The options again, as parameters of the query: any body may be sent with them."""
-    properties = FitOptions.model_json_schema()["properties"]
+    """The options again, as parameters of the query: any body may be sent with them.
+
+    Without defaults, which generated clients would send along, and so give twice what stands in the body.
+    """
+    properties = FitOptions.model_json_schema(ref_template=_REF)["properties"]
     return [
-        {
-            "name": name,
-            "in": "query",
-            "required": False,
-            "description": schema.get("description", ""),
-            "schema": {key: value for key, value in schema.items() if key not in ("description", "title")},
-        }
+        {"name": name, "in": "query", "required": False, "description": schema.pop("description")}
+        | {"schema": _without_default(schema)}
         for name, schema in properties.items()
     ]
+
+
+def _without_default(schema: dict[str, Any]) -> dict[str, Any]:
+    chosen = next((option for option in schema.get("anyOf", []) if option != {"type": "null"}), schema)
+    return {key: value for key, value in chosen.items() if key not in ("default", "title")}
 
 
 GET: dict[str, Any] = {"responses": {"500": _problem(internal=Exception())}}

@@ -7,10 +7,11 @@ readers check them; these models describe them.
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
+from typing_extensions import TypeAliasType
 
-KindName = Literal["plane", "sphere", "cylinder", "cone", "torus"]
-ClassifierName = Literal["knn", "none"]
-CriterionName = Literal["robust", "least_squares"]
+KindName = TypeAliasType("KindName", Literal["plane", "sphere", "cylinder", "cone", "torus"])
+ClassifierName = TypeAliasType("ClassifierName", Literal["knn", "none"])
+CriterionName = TypeAliasType("CriterionName", Literal["robust", "least_squares"])
 
 Vector = Annotated[
     list[float], Field(min_length=3, max_length=3, description="[x, y, z]", examples=[[0.0, 0.0, 1.0]])
@@ -23,8 +24,12 @@ class FitOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
-    kinds: list[KindName] | None = Field(
-        None, min_length=1, max_length=5, description="kinds that may be answered; all of them by default"
+    kinds: list[KindName] = Field(
+        default=["plane", "sphere", "cylinder", "cone", "torus"],
+        min_length=1,
+        max_length=5,
+        description="kinds that may be answered; all of them by default",
+        json_schema_extra={"uniqueItems": True},
     )
     classifier: ClassifierName = Field("knn", description="who ranks the kinds; `none` tries all and selects")
     criterion: CriterionName = Field(
@@ -159,7 +164,7 @@ class FitAnswer(BaseModel):
     """Which primitive the cloud is, and the evidence."""
 
     status: Literal["fitted", "ambiguous", "no_fit"] = Field(
-        description="`ambiguous`: `alternatives` explain it as well; `no_fit`: the best try is not good enough"
+        description="`ambiguous`: `alternatives` explain it as well; `no_fit`: nothing is good enough"
     )
     primitive: Primitive | None
     alternatives: list[Primitive]
