@@ -4,21 +4,18 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array
 from fitting.noise import resolution
 from fitting.normalize import Frame
-from fitting.normals import NEIGHBOURS, local_normals
+from fitting.normals import estimate_normals
 
 WORKING_POINTS = 20_000
 """Larger clouds are searched and judged on a random sample of this size, and polished on all points."""
 
 SAMPLE_POINTS = 1024
 """Points at which normals and neighbours are looked at."""
-
-CLOSE_NEIGHBOURS = 3
 
 FLAT = 1e-10
 """Second singular value over the first below which points count as collinear, beyond their rounding."""
@@ -35,7 +32,6 @@ class Cloud:
     working : (M, 3) the points themselves, or a random sample of a large cloud
     sample : (S,) indices into `working`, in random order
     normals : (S, 3) unit normals there
-    neighbours : (S, k) indices into `working` of the closest other points
     tolerance : size of the rounding of the coordinates
     diagonal : of the bounding box
     flat : all points lie in one plane within the rounding
@@ -46,7 +42,6 @@ class Cloud:
     working: Array
     sample: np.ndarray
     normals: Array
-    neighbours: np.ndarray
     tolerance: float
     diagonal: float
     flat: bool
@@ -72,15 +67,12 @@ class Cloud:
                 "no primitive is determined"
             )
         sample = rng.permutation(len(working))[:SAMPLE_POINTS]
-        k = min(NEIGHBOURS, len(working))
-        neighbours = cKDTree(working).query(working[sample], k=k)[1]
         return cls(
             frame=frame,
             points=normalized,
             working=working,
             sample=sample,
-            normals=local_normals(working[neighbours]) if given is None else given[sample],
-            neighbours=neighbours[:, 1 : 1 + CLOSE_NEIGHBOURS],
+            normals=estimate_normals(working, at=working[sample]) if given is None else given[sample],
             tolerance=tolerance,
             diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
             flat=bool(spread[2] <= tolerance),

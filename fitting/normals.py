@@ -28,11 +28,7 @@ def estimate_normals(points: Array, k: int = NEIGHBOURS, at: Array | None = None
     if k < 3:
         return np.tile([0.0, 0.0, 1.0], (len(where), 1))
     _, neighbours = cKDTree(points).query(where, k=k)
-    return local_normals(points[neighbours])
-
-
-def local_normals(neighbourhoods: Array) -> Array:
-    """Normals (M, 3) of the planes through neighbourhoods (M, k, 3); signs are arbitrary."""
-    offsets = neighbourhoods - neighbourhoods.mean(axis=1, keepdims=True)
+    offsets = points[neighbours]
+    offsets -= offsets.mean(axis=1, keepdims=True)
     _, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
     return vectors[:, :, 0]

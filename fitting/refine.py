@@ -46,7 +46,7 @@ def refine(
     max_iterations : evaluations of the Jacobian
     """
     kernel = kernel or LeastSquares()
-    damping = 1e-6
+    damping = 1e-12
     distance, jacobian = primitive.linearize(points)
     squared = (distance / scale) ** 2
     cost = float(kernel.rho(squared).sum())

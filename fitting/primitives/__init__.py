@@ -25,6 +25,10 @@ class Primitive(Protocol):
         """Signed orthogonal distances, shape (N,), positive on the outer side."""
         ...
 
+    def gradient(self, points: Array) -> Array:
+        """Unit gradients (N, 3) of the signed distance: x - d * gradient is the closest surface point."""
+        ...
+
     def linearize(self, points: Array) -> tuple[Array, Array]:
         """Signed distances (N,) and their derivatives (N, dof) by a step in minimal coordinates.
 

@@ -47,6 +47,13 @@ class Cone:
         lateral = rho * cosine - height * sine
         return np.where(height * cosine + rho * sine < 0.0, np.hypot(rho, height), lateral)
 
+    def gradient(self, points: Array) -> Array:
+        radial, rho, height = around_axis(points, self.apex, self.axis)
+        sine, cosine = np.sin(self.half_angle), np.cos(self.half_angle)
+        lateral = cosine * radial / (rho + TINY)[:, None] - sine * self.axis
+        from_apex = (points - self.apex) / (np.hypot(rho, height) + TINY)[:, None]
+        return np.where((height * cosine + rho * sine < 0.0)[:, None], from_apex, lateral)
+
     def linearize(self, points: Array) -> tuple[Array, Array]:
         """Distance and its derivative by (tilt u, tilt v, shift u, shift v, half-angle, offset).
 

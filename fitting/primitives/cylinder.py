@@ -46,6 +46,10 @@ class Cylinder:
         _, rho, _ = around_axis(points, self.point, self.axis)
         return rho - self.radius
 
+    def gradient(self, points: Array) -> Array:
+        radial, rho, _ = around_axis(points, self.point, self.axis)
+        return radial / (rho + TINY)[:, None]
+
     def linearize(self, points: Array) -> tuple[Array, Array]:
         """Distance and its derivative by (tilt u, tilt v, shift u, shift v, radius).
 

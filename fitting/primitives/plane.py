@@ -31,6 +31,9 @@ class Plane:
     def signed_distance(self, points: Array) -> Array:
         return (points - self.point) @ self.normal
 
+    def gradient(self, points: Array) -> Array:
+        return np.broadcast_to(self.normal, points.shape)
+
     def linearize(self, points: Array) -> tuple[Array, Array]:
         """Distance and its derivative by (tilt u, tilt v, offset), turned about the foot of the origin.
 

@@ -35,6 +35,10 @@ class Sphere:
         relative = points - self.center
         return np.sqrt(np.einsum("...j,...j->...", relative, relative)) - self.radius
 
+    def gradient(self, points: Array) -> Array:
+        relative = points - self.center
+        return relative / (np.linalg.norm(relative, axis=1) + TINY)[:, None]
+
     def linearize(self, points: Array) -> tuple[Array, Array]:
         """Distance and its derivative by (centre, radius):  dd = -(x - c)/|x - c| . dc - dr."""
         relative = points - self.center

@@ -44,6 +44,12 @@ class Torus:
         _, rho, height = around_axis(points, self.center, self.axis)
         return np.hypot(rho - self.major_radius, height) - self.minor_radius
 
+    def gradient(self, points: Array) -> Array:
+        radial, rho, height = around_axis(points, self.center, self.axis)
+        tube = np.hypot(rho - self.major_radius, height) + TINY
+        outward = ((rho - self.major_radius) / tube / (rho + TINY))[:, None] * radial
+        return outward + (height / tube)[:, None] * self.axis
+
     def linearize(self, points: Array) -> tuple[Array, Array]:
         """Distance and its derivative by (tilt u, tilt v, shift u, shift v, shift a, major, minor radius).
 
