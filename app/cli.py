@@ -182,20 +182,30 @@ def serve(
 
 
 def _options(
-    kind: list[Kind] | None, classifier: str, criterion: str, max_error: float | None, seed: int
+    kind: list[Kind] | None,
+    classifier: str,
+    criterion: Literal["robust", "least_squares"],
+    max_error: float | None,
+    seed: int,
 ) -> dict[str, Any]:
     """The options as the engine takes them, checked before the first file is read."""
     from fitting.config import Config
     from fitting.errors import InvalidOptionError
+    from fitting.primitives import KINDS
 
-    kinds = tuple(dict.fromkeys(str(k) for k in kind)) if kind else None
-    options: dict[str, Any] = {"criterion": criterion, "max_error": max_error, "seed": seed}
+    kinds = tuple(dict.fromkeys(str(k) for k in kind)) if kind else KINDS
     try:
-        Config(**options, **({"kinds": kinds} if kinds else {}))
+        Config(kinds, criterion, max_error, seed)
     except InvalidOptionError as error:
-        _complain(error.field.replace("_", "-"), str(error))
+        _complain("--" + error.field.replace("_", "-"), str(error))
         raise typer.Exit(BAD_INPUT) from None
-    return {**options, "kinds": kinds, "classifier": classifier}
+    return {
+        "kinds": kinds,
+        "classifier": classifier,
+        "criterion": criterion,
+        "max_error": max_error,
+        "seed": seed,
+    }
 
 
 def _complain(subject: str, message: str) -> None:

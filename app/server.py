@@ -1,6 +1,7 @@
 """The service as a process: where it listens, how it starts and how it stops."""
 
 import errno
+import logging
 import socket
 import threading
 from typing import Any
@@ -12,6 +13,7 @@ from app.api import create_app
 from app.settings import Settings
 
 STOP_PATIENCE = 10
+PROBES = ("/livez", "/readyz")
 
 
 class ListenError(OSError):
@@ -24,6 +26,8 @@ def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -
     settings = Settings(**{name: value for name, value in given.items() if value is not None})
     with listen(settings.host, settings.port) as listener:
         config = uvicorn.Config(create_app(settings), timeout_graceful_shutdown=STOP_PATIENCE)
+        logging.getLogger("uvicorn.access").addFilter(_is_no_probe)
+        logging.getLogger("uvicorn.error").info("Listening on %s", _url(listener))
         if demo:
             threading.Thread(target=first_look.show, args=(_url(listener),), daemon=True).start()
         try:
@@ -45,8 +49,15 @@ def listen(host: str, port: int) -> socket.socket:
         return socket.create_server((host, port), family=family, backlog=2048)
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
-            raise ListenError(f"port {port} on {host} is in use; choose another one") from error
+            raise ListenError(
+                f"port {port} on {host} is in use; choose another (--port, or PORT= with make run)"
+            ) from error
         raise ListenError(f"cannot listen on {host} port {port}: {error.strerror or error}") from error
+
+
+def _is_no_probe(record: logging.LogRecord) -> bool:
+    """Leave the probes of orchestrators out of the access log: they come every few seconds."""
+    return not any(f" {probe} " in record.getMessage() for probe in PROBES)
 
 
 def _url(listener: socket.socket) -> str:
