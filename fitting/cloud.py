@@ -17,6 +17,12 @@ WORKING_POINTS = 20_000
 SAMPLE_POINTS = 1024
 """Points at which normals and neighbours are looked at."""
 
+LARGEST_COORDINATE = 1e100
+"""Beyond this magnitude squares and products of coordinates overflow."""
+
+MANY = 100
+"""Clouds whose first points up to this number are distinct have points enough for every kind."""
+
 FLAT = 1e-10
 """Second singular value over the first below which points count as collinear, beyond their rounding."""
 
@@ -35,6 +41,7 @@ class Cloud:
     tolerance : size of the rounding of the coordinates
     diagonal : of the bounding box
     flat : all points lie in one plane within the rounding
+    distinct : number of distinct points, counted only where it may be small; else N
     """
 
     frame: Frame
@@ -45,6 +52,7 @@ class Cloud:
     tolerance: float
     diagonal: float
     flat: bool
+    distinct: int
 
     @classmethod
     def prepare(cls, points: object, normals: Array | None, rng: np.random.Generator) -> Self:
@@ -76,6 +84,7 @@ class Cloud:
             tolerance=tolerance,
             diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
             flat=bool(spread[2] <= tolerance),
+            distinct=count_distinct(normalized),
         )
 
 
@@ -92,7 +101,8 @@ def check_points(points: object) -> Array:
     finite = np.isfinite(array).all(axis=1)
     if not finite.all():
         raise InvalidPointCloudError(
-            f"{int((~finite).sum())} of {len(array)} points hold NaN or infinity, the first is points[{int(np.argmin(finite))}]"
+            f"{int((~finite).sum())} of {len(array)} points hold NaN or infinity; "
+            f"the first is points[{int(np.argmin(finite))}]"
         )
     largest = float(np.max(np.abs(array)))
     if largest > LARGEST_COORDINATE:
@@ -100,10 +110,6 @@ def check_points(points: object) -> Array:
     if np.all(array == array[0]):
         raise InvalidPointCloudError(f"all {len(array)} points are the same one")
     return array
-
-
-LARGEST_COORDINATE = 1e100
-"""Beyond this magnitude squares and products of coordinates overflow."""
 
 
 def check_normals(normals: object, n_points: int) -> Array:
@@ -118,3 +124,10 @@ def check_normals(normals: object, n_points: int) -> Array:
         row = int(np.argmin(np.isfinite(length) & (length > 0.0)))
         raise InvalidPointCloudError(f"normals[{row}] is zero or not finite", "normals")
     return array / length[:, None]
+
+
+def count_distinct(points: Array) -> int:
+    """Number of distinct points; the number of all of them if the first `MANY` are."""
+    if len(points) >= MANY and len(np.unique(points[:MANY], axis=0)) == MANY:
+        return len(points)
+    return len(np.unique(points, axis=0))

@@ -44,7 +44,7 @@ def basis(axis: Array) -> tuple[Array, Array]:
 
 
 def tilted(axis: Array, along_u: float, along_v: float) -> Array:
-    """`axis` turned by the rotation vector's length towards `along_u * u + along_v * v` of its basis [rad]."""
+    """`axis` turned towards `along_u * u + along_v * v` of its basis [rad]."""
     angle = np.hypot(along_u, along_v)
     if angle == 0.0:
         return axis

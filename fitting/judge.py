@@ -16,6 +16,7 @@ from fitting.geometry import Array
 from fitting.noise import exact_points, trimmed_scale
 from fitting.primitives import Primitive
 from fitting.result import ErrorSummary
+from fitting.search import FEW
 
 OUTLIER = 4.0
 """Points farther than this many noise scales are rejected as outliers."""
@@ -30,6 +31,9 @@ LARGEST_STRUCTURE = 0.3
 
 LARGEST_BIASED_STRUCTURE = 0.6
 """The same beside exact points: noise with a mean, as the benchmark has it, reaches 0.4 there."""
+
+LARGEST_SCATTER = 0.04
+"""Noise beyond this share of the diagonal is a volume rather than a surface, if no point is exact."""
 
 CLEAR_STRUCTURE = 0.15
 """A correlation below this leaves no doubt about the kind if the classifier has none, either."""
@@ -75,8 +79,10 @@ class Evidence:
         distance = primitive.signed_distance(cloud.working)
         absolute = np.abs(distance)
         exact = exact_points(absolute, cloud.tolerance, primitive.dof)
-        rest = absolute[~exact]
-        noise_scale = trimmed_scale(rest) if len(rest) else 0.0
+        if cloud.distinct < FEW * primitive.dof:
+            noise = float(np.sqrt(np.sum(absolute**2) / max(len(absolute) - primitive.dof, 1)))
+            return cls(primitive, distance, exact, np.ones_like(exact), noise, 0.0)
+        noise_scale = 0.0 if exact.all() else trimmed_scale(absolute[~exact])
         nearby = SMALL_DEFORMATION * cloud.diagonal if exact.any() else cloud.tolerance
         inlier = exact | (absolute <= max(OUTLIER * noise_scale, nearby))
         return cls(
@@ -121,15 +127,12 @@ def judge(
     probability : of this kind, from the classifier
     only : no other kind is allowed, so that no evidence against others is needed
     """
-    n, dof = len(cloud.points), evidence.primitive.dof
-    if n == dof and not only:
+    n = cloud.distinct
+    if n == evidence.primitive.dof and not only:
         return Verdict(False, False, f"{n} points determine it exactly and leave none to check it with")
     if evidence.inlier_share < SMALLEST_INLIER_SHARE:
-        return Verdict(
-            False,
-            False,
-            f"only {evidence.inlier_share:.0%} of the points are near it (at least {SMALLEST_INLIER_SHARE:.0%})",
-        )
+        share, least = evidence.inlier_share, SMALLEST_INLIER_SHARE
+        return Verdict(False, False, f"only {share:.0%} of the points are near it (at least {least:.0%})")
     mean = evidence.mean_inlier_distance / cloud.diagonal
     if max_error is not None:
         fits = mean <= max_error
@@ -143,10 +146,13 @@ def judge(
         f"residuals scatter by {evidence.noise_scale / cloud.diagonal:.2e} of the diagonal, "
         f"{1.0 / np.sqrt(max(1.0 - evidence.structure, 1e-9)):.2f} times the noise between neighbours"
     )
+    scattered = evidence.noise_scale > LARGEST_SCATTER * cloud.diagonal
     if evidence.exact.any():
         exact = f"{evidence.exact_share:.0%} of the points lie on it exactly"
         rest = float(np.abs(evidence.distance[~evidence.exact]).mean()) / cloud.diagonal
         large = evidence.exact_share >= LARGE_EXACT_SHARE
+        if not large and scattered:
+            return Verdict(False, False, f"{exact}; the others: {spread}, which is no surface")
         if evidence.structure <= LARGEST_BIASED_STRUCTURE:
             return Verdict(True, large, f"{exact}; the others: {spread}")
         if large and rest <= LARGEST_DEFORMATION:
@@ -155,9 +161,15 @@ def judge(
                 True, certain, f"{exact}; the others are a deformation by {rest:.2e} of the diagonal"
             )
         return Verdict(False, False, f"{exact}, but the others form a structure of their own: {spread}")
+    if n < FEW * evidence.primitive.dof and not only:
+        return Verdict(
+            False, False, f"{n} points are too few to check a {evidence.primitive.kind} with; {spread}"
+        )
     if evidence.structure > LARGEST_STRUCTURE:
         limit = 1.0 / np.sqrt(1.0 - LARGEST_STRUCTURE)
         return Verdict(False, False, f"the shape is systematically off: {spread} (at most {limit:.2f})")
+    if scattered:
+        return Verdict(False, False, f"{spread}: that is no surface (at most {LARGEST_SCATTER:.2e})")
     return Verdict(True, only or (probability >= 0.8 and evidence.structure <= CLEAR_STRUCTURE), spread)
 
 

@@ -7,6 +7,9 @@ from fitting.geometry import Array
 DECIMALS = range(0, 10)
 """Coordinates that are multiples of 10^-k for such a k are taken for quantised."""
 
+COARSEST_STEPS = 64
+"""A decimal step is a rounding if the cloud is at least this many steps wide; else it is a lattice."""
+
 TRIM = 2.5
 _TRIMMED_SHARE = 0.9545783
 """Standard deviation of a unit normal variable cut at +-TRIM."""
@@ -19,18 +22,19 @@ def resolution(points: Array) -> float:
     number, and the decimal step if every coordinate of a sample is a multiple of one.
     """
     largest = float(np.max(np.abs(points)))
+    extent = float(np.max(np.ptp(points, axis=0)))
     sample = points[:: max(1, len(points) // 256)]
-    rounding = 64.0 * np.finfo(np.float64).eps * largest
+    rounding = 64.0 * float(np.finfo(np.float64).eps) * largest
     with np.errstate(over="ignore"):
         if np.array_equal(sample.astype(np.float32).astype(np.float64), sample):
             rounding = max(rounding, 4.0 * float(np.finfo(np.float32).eps) * largest)
     for decimals in DECIMALS:
         step = 10.0**-decimals
-        if step <= rounding:
+        if step <= 10.0 * rounding:
             break
         multiples = sample / step
-        if np.all(np.abs(multiples - np.round(multiples)) <= 1e-6):
-            return max(rounding, step)
+        if np.all(np.abs(multiples - np.round(multiples)) <= 1e-6 + rounding / step):
+            return max(rounding, step) if extent >= COARSEST_STEPS * step else rounding
     return rounding
 
 

@@ -12,7 +12,7 @@ from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array
 from fitting.judge import STRONG_EVIDENCE, Evidence, Verdict, better, judge, summarize
 from fitting.primitives import KINDS, PRIMITIVES
-from fitting.result import Attempt, Recognition
+from fitting.result import Attempt, FailedFit, Recognition
 from fitting.search import fit_kind
 
 DEFAULT_CONFIG = Config()
@@ -78,7 +78,7 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
     probability = probabilities[kind] if probabilities else None
     rng = np.random.default_rng([config.seed, 1, KINDS.index(kind)])
     primitive = fit_kind(kind, cloud, config.criterion, rng)
-    if not primitive:
+    if isinstance(primitive, FailedFit):
         return _Try(Attempt(kind, probability, "failed", primitive.reason, None, None))
     evidence = Evidence.weigh(primitive, cloud)
     verdict = judge(evidence, cloud, config.max_error, probability or 0.0, only=len(config.kinds) == 1)
@@ -102,18 +102,12 @@ def _conclude(tries: list[_Try], cloud: Cloud) -> Recognition:
         return _recognition("no_fit", None, [], tries, message, cloud)
     best = _best(acceptable or fits, cloud.tolerance)
     if not acceptable:
-        message = f"no allowed kind explains the cloud; the best try is a {best.attempt.kind}: {best.attempt.reason}"
+        name = best.attempt.kind
+        message = f"no allowed kind explains the cloud; the best try is a {name}: {best.attempt.reason}"
         return _recognition("no_fit", best, [], tries, message, cloud)
-    rivals = [
-        t for t in acceptable if t is not best and _advantage(best, t, cloud.tolerance) < STRONG_EVIDENCE
-    ]
-    rivals = [
-        t
-        for t in rivals
-        if t.evidence and best.evidence and t.evidence.primitive.dof <= best.evidence.primitive.dof
-    ]
+    rivals = [t for t in acceptable if t is not best and _rivals(best, t, cloud.tolerance)]
     tries = [
-        _second(tried, best, cloud) if tried in acceptable and tried not in (best, *rivals) else tried
+        _second(tried, best, cloud) if tried.acceptable and tried not in (best, *rivals) else tried
         for tried in tries
     ]
     if rivals:
@@ -134,6 +128,13 @@ def _best(candidates: list[_Try], tolerance: float) -> _Try:
 def _advantage(a: _Try, b: _Try, tolerance: float) -> float:
     assert a.evidence and b.evidence
     return better(a.evidence, b.evidence, tolerance)
+
+
+def _rivals(best: _Try, other: _Try, tolerance: float) -> bool:
+    """Whether the better try is so little better, and so little simpler, that neither is proven."""
+    assert best.evidence and other.evidence
+    simpler = best.evidence.primitive.dof < other.evidence.primitive.dof
+    return not simpler and _advantage(best, other, tolerance) < STRONG_EVIDENCE
 
 
 def _second(tried: _Try, best: _Try, cloud: Cloud) -> _Try:

@@ -18,6 +18,9 @@ GUESS_POINTS = 160
 SEARCH_POINTS = 512
 """Points that the annealing runs on."""
 
+FEW = 3
+"""Clouds of fewer than this many times the points that a kind takes are fitted without rejecting any."""
+
 STARTS = 4
 """Starts that are annealed, unless an earlier one already finds a large exact subset."""
 
@@ -42,14 +45,18 @@ class Annealed:
 def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) -> Primitive | FailedFit:
     """The best primitive of one kind in the normalised frame of the cloud."""
     dof = PRIMITIVES[kind].dof
-    if len(cloud.points) < dof:
-        return FailedFit(f"{len(cloud.points)} points do not determine a {kind}, which takes {dof}")
+    if cloud.distinct < dof:
+        return FailedFit(f"{cloud.distinct} distinct points do not determine a {kind}, which takes {dof}")
     if cloud.flat and kind != "plane":
         return FailedFit(f"the points lie in one plane and do not determine a {kind}")
     search = cloud.working[cloud.sample[:SEARCH_POINTS]]
     starts = ranked_starts(kind, cloud, rng)
     if not starts:
         return FailedFit(f"no {kind} could be started from these points")
+    if cloud.distinct < FEW * dof:
+        return min(
+            (refine(start, cloud.points) for start in starts), key=lambda refined: refined.cost
+        ).primitive
     best: Annealed | None = None
     for start in starts[:STARTS]:
         found = anneal(start, search, cloud.tolerance)

@@ -56,7 +56,7 @@ class Sphere:
 
     @classmethod
     def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
-        """The algebraic sphere  |x|^2 = 2 c.x + b  through all points, reweighted, and through random fours."""
+        """The algebraic sphere  |x|^2 = 2 c.x + b  of all points, reweighted, and of random fours."""
         fours = points[random_subsets(len(points), 4, RANDOM_SPHERES, rng)]
         guesses: list[Self] = []
         for group, rounds in ((points[None], 4), (fours, 1)):

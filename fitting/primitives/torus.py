@@ -133,7 +133,7 @@ class Torus:
         return ("cylinder",) if self.major_radius > CYLINDER_LIKE * extent else ()
 
     def surface(self, u: Array, v: Array) -> Array:
-        """Points at azimuth `u` around the axis and angle `v` around the tube [rad], 0 at the outer equator."""
+        """Points at azimuth `u` around the axis and `v` around the tube [rad], 0 at the outer equator."""
         u, v = np.broadcast_arrays(u, v)
         along_u, along_v = basis(self.axis)
         ring = np.multiply.outer(np.cos(u), along_u) + np.multiply.outer(np.sin(u), along_v)
