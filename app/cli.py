@@ -12,10 +12,11 @@ import typer
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_threads, "1")
 
-# Exit status: of several files the worst decides, bad input before no_fit before ambiguous before fitted.
+# Exit status: of several files the worst decides, in this order.
 EXIT = {"fitted": 0, "ambiguous": 3, "no_fit": 4}
 BAD_INPUT = 2
-BADNESS = (0, 3, 4, BAD_INPUT)
+INTERNAL_ERROR = 1
+BADNESS = (*EXIT.values(), BAD_INPUT, INTERNAL_ERROR)
 
 
 class Kind(StrEnum):
@@ -102,7 +103,7 @@ def fit(
     for name, answer in zip(files, answer_files(files, options, workers=1), strict=True):
         if isinstance(answer, Problem):
             _complain(answer.name, answer.message)
-            worst = _worse(worst, BAD_INPUT)
+            worst = _worse(worst, answer.exit_status)
             continue
         if as_json:
             sys.stdout.buffer.write(to_json(answer) + b"\n")
@@ -156,7 +157,7 @@ def batch(
         _complain(problem.name, problem.message)
     counts = ", ".join(f"{summary.statuses[status]} {status}" for status in EXIT)
     print(f"{len(targets)} clouds: {counts}, {len(summary.problems)} with a problem; answers in {out}")
-    raise typer.Exit(BAD_INPUT if summary.problems else 0)
+    raise typer.Exit(max((p.exit_status for p in summary.problems), key=BADNESS.index, default=0))
 
 
 @app.command()

@@ -1,8 +1,10 @@
 """The answer for a file on disk or on standard input: what the command line asks of the engine."""
 
+import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
@@ -19,10 +21,11 @@ STDIN = "-"
 
 @dataclass(frozen=True)
 class Problem:
-    """Why a file has no answer."""
+    """Why a file has no answer; `exit_status` is 2 for bad input, 1 where primfit itself failed."""
 
     name: str
     message: str
+    exit_status: int = 2
 
 
 def answer_file(name: str, options: Mapping[str, Any]) -> dict[str, Any] | Problem:
@@ -37,6 +40,8 @@ def answer_file(name: str, options: Mapping[str, Any]) -> dict[str, Any] | Probl
         return Problem(name, f"{error.field}: {error.message}")
     except InvalidPointCloudError as error:
         return Problem(name, str(error))
+    except Exception as error:  # one file must not cost the others their answers
+        return Problem(name, f"internal error, please report it: {error!r}", exit_status=1)
 
 
 def answer_files(
@@ -48,8 +53,20 @@ def answer_files(
         yield from map(answer_one, names)
         return
     with ProcessPoolExecutor(min(workers, len(names)), mp_context=get_context("spawn")) as pool:
+        with _interrupts_ignored():
+            answers = pool.map(answer_one, names)
         try:
-            yield from pool.map(answer_one, names)
+            yield from answers
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Processes started here never see Ctrl-C, which a terminal sends to all: this process stops them."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -27,7 +27,7 @@ def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -
     with listen(settings.host, settings.port) as listener:
         config = uvicorn.Config(create_app(settings), timeout_graceful_shutdown=STOP_PATIENCE)
         logging.getLogger("uvicorn.access").addFilter(_is_no_probe)
-        logging.getLogger("uvicorn.error").info("Listening on %s", _url(listener))
+        logging.getLogger("uvicorn.error").info("Listening on %s port %d", *listener.getsockname()[:2])
         if demo:
             threading.Thread(target=first_look.show, args=(_url(listener),), daemon=True).start()
         try:

@@ -84,7 +84,18 @@ def test_bad_files_are_named_and_the_others_are_done(clouds: Path) -> None:
 
 
 def test_worst_status_wins() -> None:
-    assert BADNESS == (EXIT["fitted"], EXIT["ambiguous"], EXIT["no_fit"], 2)
+    assert BADNESS == (EXIT["fitted"], EXIT["ambiguous"], EXIT["no_fit"], 2, 1)
+
+
+def test_a_failure_of_ours_costs_one_file_only(clouds: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*args: object, **options: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("app.files.fit", broken)
+    result = run("fit", "--json", clouds / "cylinder.csv", clouds / "words.txt")
+    assert "cylinder.csv: internal error, please report it: ZeroDivisionError" in result.stderr
+    assert "words.txt: " in result.stderr
+    assert result.exit_code == 1
 
 
 def test_standard_input(clouds: Path) -> None:
