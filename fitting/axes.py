@@ -14,7 +14,7 @@ _GRID = np.array(
     dtype=np.float64,
 )  # fmt: skip
 DIRECTION_GRID: Array = _GRID / np.linalg.norm(_GRID, axis=1)[:, None]
-"""Face, edge and corner directions of a cube: no direction is more than 27.4 degrees from one of them."""
+"""Face, edge and corner directions of a cube: every direction is within 28 degrees of one of them."""
 
 
 def axis_directions(points: Array, normals: Array) -> Array:

@@ -23,6 +23,9 @@ LARGEST_COORDINATE = 1e100
 MANY = 100
 """Clouds whose first points up to this number are distinct have points enough for every kind."""
 
+FEW = 3
+"""Clouds of fewer than this many times the points that a kind takes are fitted without rejecting any."""
+
 FLAT = 1e-10
 """Second singular value over the first below which points count as collinear, beyond their rounding."""
 
@@ -86,6 +89,10 @@ class Cloud:
             flat=bool(spread[2] <= tolerance),
             distinct=count_distinct(normalized),
         )
+
+    def is_small(self, dof: int) -> bool:
+        """Whether a kind that takes `dof` points has too few here to reject any of them."""
+        return self.distinct < FEW * dof
 
 
 def check_points(points: object) -> Array:

@@ -16,7 +16,6 @@ from fitting.geometry import Array
 from fitting.noise import exact_points, trimmed_scale
 from fitting.primitives import Primitive
 from fitting.result import ErrorSummary
-from fitting.search import FEW
 
 OUTLIER = 4.0
 """Points farther than this many noise scales are rejected as outliers."""
@@ -79,7 +78,7 @@ class Evidence:
         distance = primitive.signed_distance(cloud.working)
         absolute = np.abs(distance)
         exact = exact_points(absolute, cloud.tolerance, primitive.dof)
-        if cloud.distinct < FEW * primitive.dof:
+        if cloud.is_small(primitive.dof):
             noise = float(np.sqrt(np.sum(absolute**2) / max(len(absolute) - primitive.dof, 1)))
             return cls(primitive, distance, exact, np.ones_like(exact), noise, 0.0)
         noise_scale = 0.0 if exact.all() else trimmed_scale(absolute[~exact])
@@ -161,7 +160,7 @@ def judge(
                 True, certain, f"{exact}; the others are a deformation by {rest:.2e} of the diagonal"
             )
         return Verdict(False, False, f"{exact}, but the others form a structure of their own: {spread}")
-    if n < FEW * evidence.primitive.dof and not only:
+    if cloud.is_small(evidence.primitive.dof) and not only:
         return Verdict(
             False, False, f"{n} points are too few to check a {evidence.primitive.kind} with; {spread}"
         )

@@ -61,7 +61,7 @@ def recognize(
     while queue:
         tried = _attempt(queue.pop(0), cloud, config, probabilities if classifier else None)
         tries.append(tried)
-        if tried.evidence and tried.verdict and tried.verdict.certain:
+        if classifier and tried.evidence and tried.verdict and tried.verdict.certain:
             neighbours = tried.evidence.primitive.simpler_kinds(extent=1.0)
             done = {earlier.attempt.kind for earlier in tries}
             queue = [kind for kind in neighbours if kind in config.kinds and kind not in done]

@@ -59,7 +59,7 @@ def refine(
         diagonal = np.diag(normal).copy()
         diagonal += 1e-14 * max(float(diagonal.max()), 1e-300)
         while True:
-            step: Array = np.linalg.solve(normal + np.diag(damping * diagonal), -gradient)
+            step = np.asarray(np.linalg.solve(normal + np.diag(damping * diagonal), -gradient), np.float64)
             if not float(np.abs(step).max()) > SMALLEST_STEP:
                 return Refined(primitive, cost, True)
             candidate = primitive.stepped(step)

@@ -18,9 +18,6 @@ GUESS_POINTS = 160
 SEARCH_POINTS = 512
 """Points that the annealing runs on."""
 
-FEW = 3
-"""Clouds of fewer than this many times the points that a kind takes are fitted without rejecting any."""
-
 STARTS = 4
 """Starts that are annealed, unless an earlier one already finds a large exact subset."""
 
@@ -53,7 +50,7 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
     starts = ranked_starts(kind, cloud, rng)
     if not starts:
         return FailedFit(f"no {kind} could be started from these points")
-    if cloud.distinct < FEW * dof:
+    if cloud.is_small(dof):
         return min(
             (refine(start, cloud.points) for start in starts), key=lambda refined: refined.cost
         ).primitive

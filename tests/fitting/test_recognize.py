@@ -1,0 +1,248 @@
+"""The pipeline from points to an answer: right kinds, backtracking, refusals, and input that is no cloud."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from fitting.config import Config
+from fitting.errors import InvalidOptionError, InvalidPointCloudError
+from fitting.primitives import KINDS, Primitive, parameters
+from fitting.recognize import recognize
+from fitting.result import Recognition
+from synthetic.shrec import SyntheticCloud, batch
+from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
+
+examples = pytest.mark.parametrize("primitive", EXAMPLES.values(), ids=EXAMPLES.keys())
+
+
+class Fixed:
+    """Ranks the kinds in the order given, each half as probable as the one before."""
+
+    def __init__(self, *kinds: str) -> None:
+        self.kinds = kinds
+
+    def rank(self, points: np.ndarray, normals: np.ndarray) -> Mapping[str, float]:
+        weights = {kind: 0.5**place for place, kind in enumerate(self.kinds)}
+        return {kind: weight / sum(weights.values()) for kind, weight in weights.items()}
+
+
+def reverse_of(kind: str) -> Fixed:
+    """The worst ranking: the most general kinds first and the truth last."""
+    return Fixed(*[other for other in reversed(KINDS) if other != kind], kind)
+
+
+def right(cloud: SyntheticCloud, answer: Recognition) -> bool:
+    return answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == cloud.kind
+
+
+@examples
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+@pytest.mark.parametrize("scale", [1e-12, 1e-4, 1.0, 1e4, 1e9])
+def test_exact_clouds_far_and_near_tiny_and_huge(primitive: Primitive, offset: float, scale: float) -> None:
+    points = scale * sample(primitive, 400) + offset
+    rounding = 4.0 * float(np.spacing(np.abs(points).max()))
+    if rounding > 1e-5 * scale:
+        pytest.skip(f"float64 cannot hold an extent of {scale:g} at {offset:g}")
+    answer = recognize(points, classifier=Fixed(primitive.kind, *[k for k in KINDS if k != primitive.kind]))
+    assert answer.status == "fitted" and answer.primitive is not None
+    assert answer.primitive.kind == primitive.kind
+    assert np.abs(answer.primitive.signed_distance(points)).max() < 20.0 * rounding
+
+
+@examples
+def test_answers_move_with_the_cloud(primitive: Primitive) -> None:
+    points = noisy(primitive, 600, 0.005)
+    turn, shift, scale = rotation(3), np.array([3.0, -5.0, 2.0]), 7.0
+    plain = recognize(points, Config(kinds=(primitive.kind,))).primitive
+    moved = recognize(scale * points @ turn.T + shift, Config(kinds=(primitive.kind,))).primitive
+    assert plain is not None and moved is not None
+    expected = plain.transformed(turn, shift, scale).canonical(scale * points.mean(axis=0) @ turn.T + shift)
+    places = scale * points @ turn.T + shift
+    np.testing.assert_allclose(
+        np.abs(moved.signed_distance(places)), np.abs(expected.signed_distance(places)), atol=1e-6 * scale
+    )
+
+
+@examples
+def test_noisy_clouds_are_recognised_with_every_ranking(primitive: Primitive) -> None:
+    points = noisy(primitive, 1500, 0.01, seed=2)
+    for classifier in (None, reverse_of(primitive.kind)):
+        answer = recognize(points, classifier=classifier)
+        assert answer.status == "fitted" and answer.primitive is not None
+        assert answer.primitive.kind == primitive.kind
+        assert answer.error is not None
+        assert answer.error.noise_scale == pytest.approx(0.01, rel=0.1)
+
+
+def test_benchmark_clouds_with_a_reversed_ranking() -> None:
+    """Backtracking acts: with the truth ranked last nearly all clouds are still right and exact."""
+    clouds = list(batch(seed=1901, n=30))
+    answers = [recognize(cloud.points, classifier=reverse_of(cloud.kind)) for cloud in clouds]
+    assert sum(map(right, clouds, answers)) >= 28
+    assert np.mean([len(answer.attempts) for answer in answers]) > 3.0
+
+
+def test_without_a_classifier_all_kinds_are_tried() -> None:
+    answer = recognize(sample(EXAMPLES["sphere"], 300))
+    assert [attempt.kind for attempt in answer.attempts] == list(KINDS)
+    assert all(attempt.probability is None for attempt in answer.attempts)
+    assert answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == "sphere"
+
+
+def test_a_threshold_far_below_the_noise_tries_all_kinds_and_fits_none() -> None:
+    points = noisy(EXAMPLES["cylinder"], 800, 0.02)
+    answer = recognize(points, Config(max_error=1e-6), Fixed("cylinder", "cone", "torus", "sphere", "plane"))
+    assert answer.status == "no_fit"
+    assert {attempt.kind for attempt in answer.attempts} == set(KINDS)
+    assert all(attempt.outcome == "refused" and "max_error" in attempt.reason for attempt in answer.attempts)
+    assert answer.primitive is not None, "the best try is still returned"
+
+
+def test_a_threshold_above_the_noise_accepts_the_first_kind() -> None:
+    points = noisy(EXAMPLES["cylinder"], 800, 0.02)
+    answer = recognize(points, Config(max_error=0.01), Fixed("cylinder", "cone", "torus", "sphere", "plane"))
+    assert answer.status == "fitted"
+    assert [attempt.kind for attempt in answer.attempts] == ["cylinder"]
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.02])
+def test_a_sphere_does_not_fit_a_cylinder(sigma: float) -> None:
+    answer = recognize(noisy(EXAMPLES["cylinder"], 800, sigma), Config(kinds=("sphere",)))
+    assert answer.status == "no_fit"
+    assert answer.primitive is not None and answer.primitive.kind == "sphere"
+    assert "systematically off" in answer.message
+
+
+def test_a_cone_of_a_cylinder_is_called_a_cylinder() -> None:
+    points = noisy(EXAMPLES["cylinder"], 1000, 0.005)
+    answer = recognize(points, classifier=Fixed("cone", "torus", "sphere", "plane", "cylinder"))
+    assert answer.primitive is not None and answer.primitive.kind == "cylinder"
+    cone = next(attempt for attempt in answer.attempts if attempt.kind == "cone")
+    assert cone.outcome == "refused" and "cylinder" in cone.reason
+
+
+def test_a_torus_without_a_hole_is_called_a_sphere() -> None:
+    answer = recognize(sample(EXAMPLES["sphere"], 800), classifier=reverse_of("sphere"))
+    assert answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == "sphere"
+
+
+@pytest.mark.parametrize("n", [4, 5, 6, 8])
+def test_minimal_sets_are_fitted_when_the_kind_is_given(n: int) -> None:
+    points = sample(EXAMPLES["sphere"], n)
+    answer = recognize(points, Config(kinds=("sphere",)))
+    assert answer.status == "fitted" and answer.primitive is not None
+    assert parameters(answer.primitive)["radius"] == pytest.approx(1.3, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 6, 7, 8])
+def test_random_points_too_few_to_check_are_no_evidence(n: int) -> None:
+    answer = recognize(np.random.default_rng(n).normal(size=(n, 3)))
+    assert answer.status == "no_fit"
+
+
+@pytest.mark.parametrize("kind", ["sphere", "cylinder", "cone", "torus"])
+def test_coplanar_points_do_not_determine_a_curved_kind(kind: str) -> None:
+    answer = recognize(sample(EXAMPLES["plane"], 200), Config(kinds=(kind,)))
+    assert answer.status == "no_fit" and answer.primitive is None and answer.error is None
+    assert "one plane" in answer.message
+
+
+def test_a_cube_corner_and_a_blob_are_nothing() -> None:
+    rng = np.random.default_rng(0)
+    corner = np.concatenate([np.insert(rng.uniform(0, 1, (300, 2)), axis, 0.0, axis=1) for axis in range(3)])
+    assert recognize(corner).status == "no_fit"
+    assert recognize(rng.normal(size=(500, 3))).status == "no_fit"
+
+
+def test_duplicated_points_change_nothing() -> None:
+    points = np.repeat(sample(EXAMPLES["cone"], 200), 4, axis=0)
+    answer = recognize(points)
+    assert answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == "cone"
+
+
+def test_the_same_points_give_the_same_answer() -> None:
+    points = noisy(EXAMPLES["torus"], 900, 0.01)
+    first, second = recognize(points), recognize(points.copy())
+    assert first.primitive is not None and second.primitive is not None
+    assert parameters(first.primitive) == parameters(second.primitive)
+    assert [a.reason for a in first.attempts] == [a.reason for a in second.attempts]
+
+
+def test_normals_are_used_when_given() -> None:
+    cylinder = EXAMPLES["cylinder"]
+    points = noisy(cylinder, 300, 0.01)
+    answer = recognize(points, normals=3.0 * cylinder.gradient(points))
+    assert answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == "cylinder"
+    with pytest.raises(InvalidPointCloudError, match=r"\(299, 3\)"):
+        recognize(points, normals=cylinder.gradient(points)[:-1])
+
+
+def test_errors_are_those_of_the_points() -> None:
+    points = noisy(EXAMPLES["sphere"], 700, 0.01)
+    answer = recognize(points, Config(kinds=("sphere",)))
+    assert answer.primitive is not None and answer.error is not None
+    distance = np.abs(answer.primitive.signed_distance(points))
+    assert answer.error.rms == pytest.approx(np.sqrt(np.mean(distance**2)))
+    assert answer.error.mean == pytest.approx(distance.mean())
+    assert answer.error.p95 == pytest.approx(np.percentile(distance, 95))
+    assert answer.error.max == pytest.approx(distance.max())
+    assert answer.error.relative_mean == pytest.approx(
+        distance.mean() / np.linalg.norm(np.ptp(points, axis=0))
+    )
+
+
+LINE = np.outer(np.linspace(-1, 1, 50), [1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (np.zeros((0, 3)), "0 points"),
+        (np.zeros((2, 3)), "2 points given; at least 3"),
+        (np.ones((50, 3)), "all 50 points are the same"),
+        (LINE, "collinear"),
+        (LINE + 1e6, "collinear"),
+        (np.repeat(np.eye(3)[:2], 30, axis=0), "collinear"),
+        (np.ones((50, 2)), r"shape \(50, 2\)"),
+        (np.ones(9), r"shape \(9,\)"),
+        ([[1, 2, 3], [4, 5]], "cannot be read"),
+        ([["a", "b", "c"]] * 4, "cannot be read"),
+        (1e120 * sample(EXAMPLES["sphere"], 20), "limit is 1e\\+100"),
+    ],
+)
+def test_what_cannot_be_a_cloud_is_an_error(points: object, message: str) -> None:
+    with pytest.raises(InvalidPointCloudError, match=message):
+        recognize(points)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_non_finite_coordinates_are_named(value: float) -> None:
+    points = sample(EXAMPLES["sphere"], 50)
+    points[17, 2] = value
+    with pytest.raises(InvalidPointCloudError, match=r"1 of 50 points .* points\[17\]"):
+        recognize(points)
+
+
+def test_fewer_points_than_every_allowed_kind_takes_is_an_error() -> None:
+    with pytest.raises(InvalidPointCloudError, match="5 points given; a torus needs at least 7"):
+        recognize(sample(EXAMPLES["torus"], 5), Config(kinds=("torus",)))
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"kinds": ()}, "kinds"),
+        ({"kinds": ("cube",)}, "kinds"),
+        ({"kinds": ("plane", "plane")}, "kinds"),
+        ({"criterion": "best"}, "criterion"),
+        ({"max_error": 0.0}, "max_error"),
+        ({"max_error": float("nan")}, "max_error"),
+        ({"max_error": 2.0}, "max_error"),
+        ({"seed": -1}, "seed"),
+    ],
+)
+def test_options_out_of_range_are_named(options: dict, field: str) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        Config(**options)
+    assert caught.value.field == field
