@@ -3,17 +3,16 @@
 import asyncio
 import tempfile
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 
 from starlette.requests import Request
 
-from app.problems import BodyTimeoutError
-from app.readers.errors import TooLargeError
+from app.problems import BodyTimeoutError, BodyTooLargeError
 from app.settings import Settings
 
 _IN_MEMORY = 128 * 1024
-_DRAIN_SECONDS = 2.0
+_DRAIN_SECONDS, _DRAIN_IDLE_SECONDS = 5.0, 0.5
 
 
 @asynccontextmanager
@@ -22,7 +21,7 @@ async def received(request: Request, settings: Settings) -> AsyncIterator[bytes 
 
     Raises
     ------
-    TooLargeError
+    BodyTooLargeError
         The body is over the limit, counted while reading whatever its Content-Length says.
     BodyTimeoutError
         The client stopped sending.
@@ -67,12 +66,13 @@ async def _pieces(request: Request, settings: Settings) -> AsyncIterator[bytes]:
         yield piece
 
 
-async def _too_large(request: Request, limit: int) -> TooLargeError:
+async def _too_large(request: Request, limit: int) -> BodyTooLargeError:
     """Read on for a moment without keeping anything: a client still sending would not see the answer."""
-    try:
-        async with asyncio.timeout(_DRAIN_SECONDS):
-            async for _ in request.stream():
-                pass
-    except (TimeoutError, RuntimeError):
-        pass
-    return TooLargeError("body", f"the body is over {limit} bytes, the limit of this service")
+    if "expect" not in request.headers:
+        with suppress(TimeoutError, StopAsyncIteration, RuntimeError):
+            async with asyncio.timeout(_DRAIN_SECONDS):
+                stream = aiter(request.stream())
+                while True:
+                    async with asyncio.timeout(_DRAIN_IDLE_SECONDS):
+                        await anext(stream)
+    return BodyTooLargeError("body", f"the body is over {limit} bytes, the limit of this service")

@@ -120,7 +120,6 @@ READYZ: dict[str, Any] = {
 }
 FIT: dict[str, Any] = {
     "responses": {
-        "200": {"content": {"application/json": {"examples": {"cylinder": {"value": _json("answer.json")}}}}},
         **{status: _problem(example=error) for status, error in _EXAMPLE_ERRORS.items()},
         "422": _problem(**_INVALID),
         "503": _problem(**_UNAVAILABLE),
@@ -141,4 +140,7 @@ def _make(app: FastAPI) -> dict[str, Any]:
     modes = [(model, "validation") for model in (FitRequest, FitUpload, Problem)]
     _, definitions = models_json_schema(modes, ref_template=_REF)  # type: ignore[arg-type]
     made["components"]["schemas"] |= definitions["$defs"]
+    # Set here, because FastAPI would drop the nulls of an example.
+    answers = made["paths"]["/fit"]["post"]["responses"]["200"]["content"]["application/json"]
+    answers["examples"] = {"cylinder": {"value": _json("answer.json")}}
     return made

@@ -22,7 +22,8 @@ from app.readers.errors import (
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 
 MEDIA_TYPE = "application/problem+json"
-_FIELD_LENGTH, _TEXT_LENGTH = 80, 400
+# 20 errors of these lengths, every character escaped, fit into 16 KiB with the rest.
+_FIELD_LENGTH, _VALUE_LENGTH, _MESSAGE_LENGTH, _DETAIL_LENGTH = 80, 60, 200, 400
 
 
 class ServiceError(Exception):
@@ -35,6 +36,10 @@ class UnsupportedMediaTypeError(ServiceError):
 
 class BodyTimeoutError(ServiceError):
     """The client stopped sending before its body was complete."""
+
+
+class BodyTooLargeError(TooLargeError):
+    """The body is over the limit; the rest of it is not read, so the connection ends."""
 
 
 class BusyError(ServiceError):
@@ -76,17 +81,19 @@ class Kind:
 
 
 _RETRY = {"Retry-After": "1"}
+_CLOSE = {"Connection": "close"}
 KINDS: dict[type[Exception], Kind] = {
     InvalidPointsError: Kind(422, "invalid-points", "The points are not a cloud that can be fitted"),
     InvalidPointCloudError: Kind(422, "invalid-points", "The points are not a cloud that can be fitted"),
     TooLargeError: Kind(413, "too-large", "The input is over a limit"),
+    BodyTooLargeError: Kind(413, "too-large", "The input is over a limit", _CLOSE),
     UnreadableFileError: Kind(422, "unreadable-input", "The input cannot be read"),
     InvalidOptionsError: Kind(422, "invalid-options", "An option is unknown or out of range"),
     InvalidOptionError: Kind(422, "invalid-options", "An option is unknown or out of range"),
     UnsupportedMediaTypeError: Kind(
         415, "unsupported-media-type", "The media type of the body is not supported"
     ),
-    BodyTimeoutError: Kind(408, "body-timeout", "The body did not arrive", {"Connection": "close"}),
+    BodyTimeoutError: Kind(408, "body-timeout", "The body did not arrive", _CLOSE),
     BusyError: Kind(503, "busy", "Too many requests are waiting", _RETRY),
     NotReadyError: Kind(503, "not-ready", "The service is not ready", _RETRY),
     WorkerDiedError: Kind(503, "worker-died", "The worker process ended; it is being replaced", _RETRY),
@@ -116,7 +123,7 @@ def problem(error: Exception, instance: str) -> Problem:
         "type": kind.uri,
         "title": kind.title,
         "status": kind.status,
-        "detail": detail[:_TEXT_LENGTH],
+        "detail": _plain(detail, _DETAIL_LENGTH),
         "instance": instance,
         "errors": [_field(error) for error in errors[:SHOWN]],
     }
@@ -165,5 +172,10 @@ def _describe(error: Exception) -> tuple[str, Sequence[FieldError]]:
 
 
 def _field(error: FieldError) -> dict[str, str]:
-    shown = {"field": error.field[:_FIELD_LENGTH], "message": error.message[:_TEXT_LENGTH]}
-    return shown if error.value is None else {**shown, "value": error.value[:_FIELD_LENGTH]}
+    shown = {"field": _plain(error.field, _FIELD_LENGTH), "message": _plain(error.message, _MESSAGE_LENGTH)}
+    return shown if error.value is None else {**shown, "value": _plain(error.value, _VALUE_LENGTH)}
+
+
+def _plain(text: str, length: int) -> str:
+    """At most so many printable ASCII characters: names of fields come from outside."""
+    return "".join(letter if " " <= letter <= "~" else "?" for letter in text[:length])

@@ -21,7 +21,7 @@ from app.readers.errors import SHOWN, FieldError, InvalidPointsError, Unreadable
 _SAMPLE = 20
 _LINE_LIMIT = 64 * 1024
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
-_COMMENT = ("#", "//")
+_COMMENT = re.compile("#|//")
 _DELIMITER_NAMES = {",": "comma", ";": "semicolon", "\t": "tab", None: "white space"}
 
 
@@ -64,12 +64,12 @@ def _look(text: bytes) -> _Layout:
     for number, line in enumerate(_lines(text), 1):
         if len(line) > _LINE_LIMIT:
             raise UnreadableFileError(f"line {number}", "the line is over 64 KiB long")
-        stripped = line.strip()
-        if stripped.startswith(_COMMENT):
-            comments = [*comments, stripped][-1:] if not sample else comments
-        elif stripped:
-            sample.append((number, stripped))
-        if len(sample) >= _SAMPLE:
+        row = _COMMENT.split(line, maxsplit=1)[0].strip()
+        if row:
+            sample.append((number, row))
+        elif line.strip() and not sample:
+            comments = [line.strip()]
+        if len(sample) == _SAMPLE:
             break
     if not sample:
         raise InvalidPointsError("file", "the file holds no points")
@@ -154,7 +154,7 @@ def _rows(text: bytes, layout: _Layout) -> Iterator[tuple[int, str]]:
         if number < layout.first_line:
             continue
         if "#" in line or "//" in line:
-            line = re.split("#|//", line, maxsplit=1)[0]
+            line = _COMMENT.split(line, maxsplit=1)[0]
         line = line.rstrip().rstrip(tail)
         if line:
             yield number, line

@@ -1,0 +1,100 @@
+"""The pool by itself: jobs of the standard library stand for fits that hang, crash or succeed."""
+
+import asyncio
+import math
+import os
+import time
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import pytest
+
+from app.problems import BusyError, TimeLimitError, WorkerDiedError
+from app.workers import WorkerPool
+
+
+async def _wanted() -> bool:
+    return False
+
+
+async def _abandoned() -> bool:
+    return True
+
+
+def _with_pool(
+    work: Callable[[Any], Any], use: Callable[[WorkerPool], Awaitable[None]], **options: Any
+) -> None:
+    """Run `use` with a pool of one worker that does `work`."""
+
+    async def run() -> None:
+        pool = WorkerPool(1, os.getpid, work, **options)
+        pool.start()
+        try:
+            await use(pool)
+        finally:
+            pool.stop()
+
+    asyncio.run(run())
+
+
+def test_jobs_are_done_in_another_process_one_after_the_other() -> None:
+    async def use(pool: WorkerPool) -> None:
+        assert await asyncio.gather(*(pool.run(float(n), _wanted) for n in (1, 4, 9))) == [1.0, 2.0, 3.0]
+        assert pool.greeting != os.getpid()
+        assert pool.n_warm == 1
+
+    _with_pool(math.sqrt, use)
+
+
+def test_a_job_over_the_limit_is_killed_and_the_next_one_done() -> None:
+    async def use(pool: WorkerPool) -> None:
+        first = pool.greeting
+        start = time.monotonic()
+        with pytest.raises(TimeLimitError, match="0.3 s"):
+            await pool.run(60.0, _wanted)
+        assert time.monotonic() - start < 30.0
+        assert await pool.run(0.0, _wanted) is None
+        assert pool.greeting != first
+
+    _with_pool(time.sleep, use, time_limit=0.3)
+
+
+def test_a_worker_that_ends_is_reported_and_replaced() -> None:
+    async def use(pool: WorkerPool) -> None:
+        for _ in range(2):
+            with pytest.raises(WorkerDiedError):
+                await pool.run(3, _wanted)
+
+    _with_pool(os._exit, use)
+
+
+def test_more_than_may_wait_is_refused() -> None:
+    async def use(pool: WorkerPool) -> None:
+        await pool.run(0.0, _wanted)
+        busy = asyncio.create_task(pool.run(0.5, _wanted))
+        await asyncio.sleep(0.1)
+        waiting = asyncio.create_task(pool.run(0.0, _wanted))
+        await asyncio.sleep(0.1)
+        with pytest.raises(BusyError):
+            await pool.run(0.0, _wanted)
+        await asyncio.gather(busy, waiting)
+
+    _with_pool(time.sleep, use, queue_size=1)
+
+
+def test_an_abandoned_job_is_not_begun() -> None:
+    async def use(pool: WorkerPool) -> None:
+        assert await pool.run(3, _abandoned) is None
+        assert pool.n_warm == 1
+
+    _with_pool(os._exit, use)
+
+
+def test_a_cancelled_caller_does_not_free_a_busy_worker() -> None:
+    async def use(pool: WorkerPool) -> None:
+        task = asyncio.create_task(pool.run(0.5, _wanted))
+        await asyncio.sleep(0.2)
+        task.cancel()
+        assert await pool.run(0.0, _wanted) is None
+
+    _with_pool(time.sleep, use)
