@@ -32,7 +32,7 @@ def read_npy(data: memoryview, max_points: int | None = None) -> Cloud:
         )
     array = np.frombuffer(data, dtype, offset=start).reshape(shape, order="F" if fortran else "C")
     if names is None:
-        return build_cloud(_as_float(array[:, :3]), count_columns(shape[1]), "npy")
+        return build_cloud(_as_float(array[:, :3]), count_columns(shape[-1]), "npy")
     columns = find_columns(names)
     for index in columns.used:
         _check_numeric(dtype[index], names[index][:40])
