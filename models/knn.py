@@ -13,8 +13,8 @@ from models.weights import load
 
 Array = NDArray[np.float64]
 
-NEIGHBOURS = 15
-SMOOTHING = 0.1
+NEIGHBOURS = 25
+SMOOTHING = 0.05
 """Votes that every kind starts with, so that none is ever impossible."""
 CLIP = 4.0
 """Standardised features are held within this many standard deviations."""

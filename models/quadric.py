@@ -15,13 +15,13 @@ KERNEL_WIDTH = 1.5
 """Scale of the Geman-McClure weights, in medians of the absolute residual."""
 FLOOR = 1e-6
 """Residuals and gradients below this share of the cloud's rms radius count as zero."""
-RIDGE = 1e-9
-"""Added to the constraint, which is singular for the constant term and for points in one plane."""
+RIDGE = 1e-6 * np.diag([1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 1.0, 1.0, 1.0])
+"""Added to the constraint, which is singular for points in one plane; the same in every rotated frame."""
 
 
 def _gradients() -> Array:
-    """D with  grad m_a = D[:, a] @ (x, y, z, 1)  for the ten monomials of `monomials`, shape (3, 10, 4)."""
-    linear = np.zeros((3, 10, 4))
+    """D with  grad m_a = D[:, a] @ (x, y, z, 1)  for the nine monomials of `monomials`, shape (3, 9, 4)."""
+    linear = np.zeros((3, 9, 4))
     for axis in range(3):
         linear[axis, axis, axis] = 2.0
         linear[axis, 6 + axis, 3] = 1.0
@@ -34,16 +34,16 @@ GRADIENTS = _gradients()
 
 
 def monomials(points: Array) -> Array:
-    """x2 y2 z2 xy xz yz x y z 1, shape (N, 10)."""
+    """x2 y2 z2 xy xz yz x y z, shape (N, 9)."""
     x, y, z = points.T
-    return np.stack([x * x, y * y, z * z, x * y, x * z, y * z, x, y, z, np.ones_like(x)], axis=1)
+    return np.stack([x * x, y * y, z * z, x * y, x * z, y * z, x, y, z], axis=1)
 
 
 def fit_quadric(points: Array) -> tuple[Array, Array, Array, float]:
     """Taubin's fit, reweighted so that it locks on to the points that agree best.
 
     Minimises  sum w f^2 / sum w |grad f|^2  with Geman-McClure weights of the first-order distance
-    |f| / |grad f|, whose scale follows its median.
+    |f| / |grad f|, whose scale follows its median. The constant of f makes its weighted mean zero.
 
     Parameters
     ----------
@@ -51,23 +51,24 @@ def fit_quadric(points: Array) -> tuple[Array, Array, Array, float]:
 
     Returns
     -------
-    coefficients (10,) of `monomials`, distances (N,) to first order, the two smallest eigenvalues (2,) of
+    coefficients (9,) of `monomials`, distances (N,) to first order, the two smallest eigenvalues (2,) of
     the last step, and the median distance of the first, unweighted fit
 
     Source: Taubin, "Estimation of planar curves, surfaces, and nonplanar space curves defined by implicit
     equations", PAMI 13(11), 1991.
     """
     terms = monomials(points)
-    linear = terms[:, 6:]
+    linear = np.column_stack([points, np.ones(len(points))])
     weights = np.full(len(points), 1.0 / len(points))
     first_median = 0.0
     for iteration in range(ITERATIONS):
-        scatter = (terms * weights[:, None]).T @ terms
+        centered = terms - weights @ terms
+        scatter = (centered * weights[:, None]).T @ centered
         moments = (linear * weights[:, None]).T @ linear
         constraint = (GRADIENTS @ moments @ GRADIENTS.transpose(0, 2, 1)).sum(axis=0)
         values, vectors = eigh(
             scatter,
-            constraint + RIDGE * np.eye(10),
+            constraint + RIDGE,
             subset_by_index=[0, 1],
             check_finite=False,
             overwrite_a=True,
@@ -76,7 +77,7 @@ def fit_quadric(points: Array) -> tuple[Array, Array, Array, float]:
         coefficients = vectors[:, 0]
         gradient = linear @ (GRADIENTS.transpose(0, 2, 1) @ coefficients).T
         slope = np.sqrt(np.einsum("ij,ij->i", gradient, gradient)) + FLOOR
-        distance = np.abs(terms @ coefficients) / slope
+        distance = np.abs(centered @ coefficients) / slope
         median = float(np.median(distance)) + FLOOR
         if iteration == 0:
             first_median = median
@@ -100,6 +101,6 @@ def quadric_features(points: Array) -> Array:
             eigenvalues / (size + FLOOR),
             [size],
             np.log10(np.array(distances) + 10 * FLOOR),
-            np.log10(np.abs(values) + FLOOR**2),
+            np.log10(np.abs(values) + FLOOR),
         ]
     )

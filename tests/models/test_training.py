@@ -1,0 +1,43 @@
+"""Training: the same seed gives the same bytes, another seed others."""
+
+import numpy as np
+
+from models.knn import KnnClassifier
+from models.training.dataset import make_dataset
+from models.training.knn import build, main, train
+from models.training.metrics import metrics, rank_of_truth
+from models.weights import load
+
+
+def test_one_seed_one_file(tmp_path):
+    first = train(3, 120, 20, tmp_path / "first")
+    second = train(3, 120, 20, tmp_path / "second")
+    other = train(4, 120, 20, tmp_path / "other")
+    assert first == second
+    for name in ("knn.npz", "knn.json"):
+        assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
+    assert other.sha256 != first.sha256
+    assert load("knn", tmp_path / "first")[1] == first
+
+
+def test_the_command_writes_weights_that_load(tmp_path, capsys):
+    main(["--seed", "5", "--clouds", "60", "--held-back", "10", "--out", str(tmp_path)])
+    arrays, card = load("knn", tmp_path)
+    assert card.seed == 5 and card.recipe["held_back_seed"] == 6
+    assert arrays["references"].shape[0] == 60
+    assert card.sha256 in capsys.readouterr().out
+
+
+def test_datasets_do_not_depend_on_their_length():
+    assert np.array_equal(make_dataset(8, 4).rows, make_dataset(8, 9).rows[:4])
+
+
+def test_a_classifier_knows_the_clouds_it_was_built_from():
+    data = make_dataset(9, 150)
+    classifier = KnnClassifier(build(data))
+    assert metrics(classifier.probabilities(data.rows), data)["top1"] > 0.9
+
+
+def test_ranks_count_what_is_above_the_truth():
+    probabilities = np.array([[0.5, 0.2, 0.1, 0.1, 0.1], [0.5, 0.2, 0.1, 0.1, 0.1], [0.2] * 5])
+    assert rank_of_truth(probabilities, np.array([0, 1, 4])).tolist() == [0, 1, 4]
