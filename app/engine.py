@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from fitting.config import Config, Criterion
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
+from fitting.geometry import Array
 from fitting.primitives import KINDS
 from fitting.recognize import recognize
 from fitting.result import Recognition
@@ -54,5 +55,12 @@ def fit(
         max_error=max_error,
         seed=seed,
     )
-    given = None if normals is None else np.asarray(normals, np.float64)
-    return recognize(np.asarray(points, np.float64), config, load_classifier(classifier), given)
+    given = None if normals is None else _array(normals, "normals")
+    return recognize(_array(points, "points"), config, load_classifier(classifier), given)
+
+
+def _array(values: ArrayLike, field: str) -> Array:
+    try:
+        return np.asarray(values, np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidPointCloudError(f"{field} are not an array of numbers of shape (N, 3)", field) from error

@@ -19,6 +19,7 @@ from app.readers.errors import (
 
 _TOKEN = re.compile(r'[\[\]{},:]|"[^"\\]*(?:\\.[^"\\]*)*"')
 _NOT_FINITE = re.compile(r"(?P<nan>-?nan)|(?P<inf>[-+]?inf)", re.IGNORECASE)
+_FEW = 12
 _NUMBER = re.compile(r"[-+]?\d[\d.eE+-]*")
 
 
@@ -34,16 +35,21 @@ def read_json(data: memoryview, max_points: int | None = None) -> tuple[Cloud, d
     if unknown:
         errors = [FieldError(name[:40], "unknown field; allowed are points, options") for name in unknown]
         raise UnreadableFileError("body", f"{len(unknown)} unknown fields", errors=errors)
-    for name in ("points", "options"):
-        if body.count(f'"{name}"'.encode()) > 1:
-            raise UnreadableFileError(name, f"{name} is given more than once")
     if "points" not in document:
         raise UnreadableFileError("points", "points is missing", "missing")
-    options = document.get("options")
-    if not isinstance(options, dict | None):
+    options = {} if document.get("options") is None else document["options"]
+    if not isinstance(options, dict):
         raise UnreadableFileError("options", "options must be an object", describe(options))
+    _refuse_twice(body, [*document, *options])
     points = to_points(document["points"], max_points)
-    return Cloud(points, ("x", "y", "z"), None, "json"), options or {}
+    return Cloud(points, ("x", "y", "z"), None, "json"), options
+
+
+def _refuse_twice(body: bytes, names: list[str]) -> None:
+    """The parser keeps the last of two fields of one name; which one was meant, nobody can tell."""
+    for name in names[:_FEW]:
+        if body.count(f'"{name}"'.encode()) > 1:
+            raise UnreadableFileError(name[:40], "given more than once")
 
 
 def to_points(rows: object, max_points: int | None = None) -> Array:

@@ -36,6 +36,7 @@ REFUSED = {
     "points nested three deep": (b'{"points": [[[1, 2, 3]]]}', "points[0]", "array of 1"),
     "no points": (b"{}", "points", "missing"),
     "points twice": (b'{"points": [], "points": []}', "points", None),
+    "an option twice": (b'{"points": [[1, 2, 3]], "options": {"seed": 1, "seed": 2}}', "seed", None),
     "unknown field": (b'{"points": [], "point": []}', "point", None),
     "options as array": (b'{"points": [[1, 2, 3]], "options": []}', "options", "array of 0"),
     "bare array": (b"[[1, 2, 3]]", "body", "array of 1"),
