@@ -26,6 +26,9 @@ SHRINK = 0.7
 
 LARGE_EXACT_SHARE = 0.3
 
+MOST_ROUNDS = 5
+"""Rounds of choosing points or a scale and refining on them."""
+
 SMALLEST_EXACT_SHARE = 0.04
 """Annealing towards an exact subset ends when less than this share of the points is within its scale."""
 
@@ -117,17 +120,31 @@ def anneal(start: Primitive, points: Array, tolerance: float) -> Annealed:
 
 def polish(primitive: Primitive, cloud: Cloud) -> Primitive:
     """Least squares on the exact points where there are any, else under a wide biweight on all points."""
-    for _ in range(5):
+    return _polish_exact(primitive, cloud) or _polish_noisy(primitive, cloud)
+
+
+def _polish_exact(primitive: Primitive, cloud: Cloud) -> Primitive | None:
+    """Least squares on the exact points, until they are the same ones before and after."""
+    before = None
+    for _ in range(MOST_ROUNDS):
         exact = exact_points(np.abs(primitive.signed_distance(cloud.working)), cloud.tolerance, primitive.dof)
         if not exact.any():
+            return None
+        if before is not None and np.array_equal(exact, before):
             break
-        polished = refine(primitive, cloud.working[exact]).primitive
-        if np.array_equal(exact, np.abs(polished.signed_distance(cloud.working)) <= cloud.tolerance):
-            return polished
-        primitive = polished
-    else:
-        return primitive
-    for _ in range(3):
-        scale = max(trimmed_scale(np.abs(primitive.signed_distance(cloud.points))), cloud.tolerance)
-        primitive = refine(primitive, cloud.points, Tukey(), scale).primitive
+        primitive, before = refine(primitive, cloud.working[exact]).primitive, exact
     return primitive
+
+
+def _polish_noisy(primitive: Primitive, cloud: Cloud) -> Primitive:
+    """A biweight at the scale of the noise: on the working points until both agree, then on all points."""
+    scale = 0.0
+    for _ in range(MOST_ROUNDS):
+        before, scale = scale, trimmed_scale(np.abs(primitive.signed_distance(cloud.working)))
+        scale = max(scale, cloud.tolerance)
+        primitive = refine(primitive, cloud.working, Tukey(), scale).primitive
+        if abs(scale - before) <= 1e-3 * scale:
+            break
+    if len(cloud.points) == len(cloud.working):
+        return primitive
+    return refine(primitive, cloud.points, Tukey(), scale).primitive
