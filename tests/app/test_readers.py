@@ -2,11 +2,14 @@
 
 import io
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import plyfile
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from app.readers import InvalidPointsError, TooLargeError, UnreadableFileError, read
 
@@ -202,3 +205,18 @@ def test_an_unpickled_array_never_runs_code() -> None:
 
     with pytest.raises(UnreadableFileError):
         read(_npy(np.array([[Canary(), 2, 3]], dtype=object), allow_pickle=True))
+
+
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_mutated_files_are_read_or_refused_and_never_crash(data: st.DataObject) -> None:
+    whole = bytearray(
+        data.draw(st.sampled_from([_text(","), _text(" ", "x y z"), NPY, _ply(False), _ply(True)]))
+    )
+    for _ in range(data.draw(st.integers(1, 4))):
+        start = data.draw(st.integers(0, min(len(whole), 400)))
+        end = start + data.draw(st.integers(0, 20))
+        letters = st.text("0123456789-+e., \n#ply", max_size=20).map(str.encode)
+        whole[start:end] = data.draw(st.binary(max_size=20) | letters)
+    with suppress(UnreadableFileError):
+        assert np.isfinite(read(bytes(whole), max_points=1000).points).all()
