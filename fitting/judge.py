@@ -6,6 +6,7 @@ residuals scatter far more over the cloud than from one neighbour to the next.
 """
 
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Self
 
 import numpy as np
@@ -32,7 +33,9 @@ LARGEST_BIASED_STRUCTURE = 0.6
 """The same beside exact points: noise with a mean, as the benchmark has it, reaches 0.4 there."""
 
 LARGEST_SCATTER = 0.04
-"""Noise beyond this share of the diagonal is a volume rather than a surface, if no point is exact."""
+"""Noise beyond this share of the diagonal is a volume rather than a surface.
+
+Twice as much is allowed beside a few exact points, and any noise beside many."""
 
 CLEAR_STRUCTURE = 0.15
 """A correlation below this leaves no doubt about the kind if the classifier has none, either."""
@@ -106,70 +109,89 @@ class Evidence:
         return float(np.abs(self.distance[self.inlier]).mean())
 
 
+class Standing(IntEnum):
+    """How good an explanation is: `ACCEPTABLE` is enough if no other kind explains the cloud better."""
+
+    REFUSED = 0
+    ACCEPTABLE = 1
+    CERTAIN = 2
+
+
 @dataclass(frozen=True)
 class Verdict:
-    """`certain` accepts at once; `acceptable` is good enough if no other kind explains the cloud better."""
+    """A standing and the sentence that explains it."""
 
-    acceptable: bool
-    certain: bool
+    standing: Standing
     reason: str
 
 
-def judge(
-    evidence: Evidence, cloud: Cloud, max_error: float | None, probability: float, only: bool
-) -> Verdict:
+def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, sure: bool, only: bool) -> Verdict:
     """Whether the evidence is good enough, by the caller's threshold or by the cloud's own noise.
 
     Parameters
     ----------
     max_error : the caller's threshold as in `Config`, or None
-    probability : of this kind, from the classifier
+    sure : the classifier hardly doubts this kind
     only : no other kind is allowed, so that no evidence against others is needed
     """
-    n = cloud.distinct
-    if n == evidence.primitive.dof and not only:
-        return Verdict(False, False, f"{n} points determine it exactly and leave none to check it with")
+    n, primitive = cloud.distinct, evidence.primitive
+    if n == primitive.dof and not only:
+        return Verdict(Standing.REFUSED, f"{n} points determine it exactly and leave none to check it with")
     if evidence.inlier_share < SMALLEST_INLIER_SHARE:
         share, least = evidence.inlier_share, SMALLEST_INLIER_SHARE
-        return Verdict(False, False, f"only {share:.0%} of the points are near it (at least {least:.0%})")
-    mean = evidence.mean_inlier_distance / cloud.diagonal
+        return Verdict(Standing.REFUSED, f"only {share:.0%} of the points are near it (at least {least:.0%})")
     if max_error is not None:
-        fits = mean <= max_error
-        relation = "is within" if fits else "exceeds"
-        return Verdict(
-            fits, fits, f"mean error {mean:.2e} of the diagonal {relation} max_error {max_error:.2e}"
-        )
+        return _by_threshold(evidence.mean_inlier_distance / cloud.diagonal, max_error)
     if evidence.exact.all():
-        return Verdict(True, True, "every point lies on it within the rounding of the coordinates")
-    spread = (
-        f"residuals scatter by {evidence.noise_scale / cloud.diagonal:.2e} of the diagonal, "
-        f"{1.0 / np.sqrt(max(1.0 - evidence.structure, 1e-9)):.2f} times the noise between neighbours"
-    )
-    scattered = evidence.noise_scale > LARGEST_SCATTER * cloud.diagonal
+        return Verdict(Standing.CERTAIN, "every point lies on it within the rounding of the coordinates")
     if evidence.exact.any():
-        exact = f"{evidence.exact_share:.0%} of the points lie on it exactly"
-        rest = float(np.abs(evidence.distance[~evidence.exact]).mean()) / cloud.diagonal
-        large = evidence.exact_share >= LARGE_EXACT_SHARE
-        if not large and scattered:
-            return Verdict(False, False, f"{exact}; the others: {spread}, which is no surface")
-        if evidence.structure <= LARGEST_BIASED_STRUCTURE:
-            return Verdict(True, large, f"{exact}; the others: {spread}")
-        if large and rest <= LARGEST_DEFORMATION:
-            certain = evidence.exact_share >= SAFE_EXACT_SHARE
-            return Verdict(
-                True, certain, f"{exact}; the others are a deformation by {rest:.2e} of the diagonal"
-            )
-        return Verdict(False, False, f"{exact}, but the others form a structure of their own: {spread}")
-    if cloud.is_small(evidence.primitive.dof) and not only:
-        return Verdict(
-            False, False, f"{n} points are too few to check a {evidence.primitive.kind} with; {spread}"
-        )
+        return _by_exact_points(evidence, cloud.diagonal)
+    if cloud.is_small(primitive.dof) and not only:
+        return Verdict(Standing.REFUSED, f"{n} points that do not lie on it are too few to check it with")
+    return _by_noise(evidence, cloud.diagonal, sure or only)
+
+
+def _by_threshold(mean: float, max_error: float) -> Verdict:
+    standing, relation = (
+        (Standing.CERTAIN, "is within") if mean <= max_error else (Standing.REFUSED, "exceeds")
+    )
+    return Verdict(standing, f"mean error {mean:.2e} of the diagonal {relation} max_error {max_error:.2e}")
+
+
+def _by_exact_points(evidence: Evidence, diagonal: float) -> Verdict:
+    """Some points are exact: the others must be noise about the surface, or a small deformation of it."""
+    share, scatter = evidence.exact_share, evidence.noise_scale / diagonal
+    exact, spread = f"{share:.0%} of the points lie on it exactly", _spread(evidence, diagonal)
+    large = share >= LARGE_EXACT_SHARE
+    if not large and scatter > 2.0 * LARGEST_SCATTER:
+        return Verdict(Standing.REFUSED, f"{exact}; the others: {spread}, which is no surface")
+    if evidence.structure <= LARGEST_BIASED_STRUCTURE:
+        return Verdict(Standing.CERTAIN if large else Standing.ACCEPTABLE, f"{exact}; the others: {spread}")
+    rest = float(np.abs(evidence.distance[~evidence.exact]).mean()) / diagonal
+    if large and rest <= LARGEST_DEFORMATION:
+        standing = Standing.CERTAIN if share >= SAFE_EXACT_SHARE else Standing.ACCEPTABLE
+        return Verdict(standing, f"{exact}; the others are a deformation by {rest:.2e} of the diagonal")
+    return Verdict(Standing.REFUSED, f"{exact}, but the others form a structure of their own: {spread}")
+
+
+def _by_noise(evidence: Evidence, diagonal: float, sure: bool) -> Verdict:
+    """No point is exact: the residuals must be small and know nothing of each other."""
+    spread = _spread(evidence, diagonal)
     if evidence.structure > LARGEST_STRUCTURE:
         limit = 1.0 / np.sqrt(1.0 - LARGEST_STRUCTURE)
-        return Verdict(False, False, f"the shape is systematically off: {spread} (at most {limit:.2f})")
-    if scattered:
-        return Verdict(False, False, f"{spread}: that is no surface (at most {LARGEST_SCATTER:.2e})")
-    return Verdict(True, only or (probability >= 0.8 and evidence.structure <= CLEAR_STRUCTURE), spread)
+        return Verdict(Standing.REFUSED, f"the shape is systematically off: {spread} (at most {limit:.2f})")
+    if evidence.noise_scale > LARGEST_SCATTER * diagonal:
+        return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {LARGEST_SCATTER:.2e})")
+    clear = sure and evidence.structure <= CLEAR_STRUCTURE
+    return Verdict(Standing.CERTAIN if clear else Standing.ACCEPTABLE, spread)
+
+
+def _spread(evidence: Evidence, diagonal: float) -> str:
+    ratio = 1.0 / np.sqrt(max(1.0 - evidence.structure, 1e-9))
+    return (
+        f"residuals scatter by {evidence.noise_scale / diagonal:.2e} of the diagonal, "
+        f"{ratio:.2f} times the noise between neighbours"
+    )
 
 
 def better(a: Evidence, b: Evidence, tolerance: float) -> float:

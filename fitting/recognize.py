@@ -10,25 +10,28 @@ from fitting.cloud import Cloud
 from fitting.config import Config
 from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array
-from fitting.judge import STRONG_EVIDENCE, Evidence, Verdict, better, judge, summarize
+from fitting.judge import STRONG_EVIDENCE, Evidence, Standing, better, judge, summarize
 from fitting.primitives import KINDS, PRIMITIVES
 from fitting.result import Attempt, FailedFit, Recognition
 from fitting.search import fit_kind
 
 DEFAULT_CONFIG = Config()
 
+SURE = 0.8
+"""Probability from which a kind that explains the cloud by noise alone is not held against the others."""
+
 
 @dataclass(frozen=True)
 class _Try:
-    """An attempt with the evidence behind it; both are missing where the fit failed."""
+    """An attempt with the evidence behind it, which is missing where the fit failed."""
 
     attempt: Attempt
     evidence: Evidence | None = None
-    verdict: Verdict | None = None
+    standing: Standing = Standing.REFUSED
 
     @property
     def acceptable(self) -> bool:
-        return self.verdict is not None and self.verdict.acceptable
+        return self.standing >= Standing.ACCEPTABLE
 
 
 def recognize(
@@ -61,7 +64,7 @@ def recognize(
     while queue:
         tried = _attempt(queue.pop(0), cloud, config, probabilities if classifier else None)
         tries.append(tried)
-        if classifier and tried.evidence and tried.verdict and tried.verdict.certain:
+        if classifier and tried.evidence and tried.standing == Standing.CERTAIN:
             neighbours = tried.evidence.primitive.simpler_kinds(extent=1.0)
             done = {earlier.attempt.kind for earlier in tries}
             queue = [kind for kind in neighbours if kind in config.kinds and kind not in done]
@@ -81,16 +84,17 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
     if isinstance(primitive, FailedFit):
         return _Try(Attempt(kind, probability, "failed", primitive.reason, None, None))
     evidence = Evidence.weigh(primitive, cloud)
-    verdict = judge(evidence, cloud, config.max_error, probability or 0.0, only=len(config.kinds) == 1)
+    sure = probability is not None and probability >= SURE
+    verdict = judge(evidence, cloud, config.max_error, sure, only=len(config.kinds) == 1)
     attempt = Attempt(
         kind=kind,
         probability=probability,
-        outcome="accepted" if verdict.acceptable else "refused",
+        outcome="refused" if verdict.standing == Standing.REFUSED else "accepted",
         reason=verdict.reason,
         primitive=cloud.frame.restore(primitive.canonical(np.zeros(3))),
         error=summarize(primitive, evidence, cloud.points, cloud.diagonal, cloud.frame.scale),
     )
-    return _Try(attempt, evidence, verdict)
+    return _Try(attempt, evidence, verdict.standing)
 
 
 def _conclude(tries: list[_Try], cloud: Cloud) -> Recognition:
