@@ -1,20 +1,12 @@
 """Predictions in the text format of the SHREC 2022 track: the label, then the parameters, one number a line.
 
-Romanengo et al., "SHREC 2022: Fitting and recognition of simple geometric primitives on point clouds",
-Computers & Graphics 107, 2022. A torus has its major radius first, as in the files of the track.
+Made from the answer, not from the primitive: the numbers are the same to the last digit.
 """
 
 from collections.abc import Mapping
 from typing import Any
 
-# kind -> label and the order of its parameters
-LAYOUT: dict[str, tuple[int, tuple[str, ...]]] = {
-    "plane": (1, ("normal", "point")),
-    "cylinder": (2, ("radius", "axis", "point")),
-    "sphere": (3, ("radius", "center")),
-    "cone": (4, ("half_angle", "axis", "apex")),
-    "torus": (5, ("major_radius", "minor_radius", "axis", "center")),
-}
+from fitting.primitives.shrec22 import LAYOUT
 
 
 def prediction(primitive: Mapping[str, Any]) -> str:

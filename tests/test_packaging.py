@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-HOUSES = ("app", "fitting", "models", "synthetic")
+HOUSES = ("app", "benchmark", "fitting", "models", "synthetic")
 
 
 def test_every_package_is_listed() -> None:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from app.shrec22 import LAYOUT, prediction
-from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
+from app.shrec22 import prediction
+from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
 
 Z = np.array([0.0, 0.0, 1.0])
 P = np.array([0.1, 1e-17, -1 / 3])
@@ -25,8 +25,3 @@ def test_label_first_then_parameters_in_full_precision(primitive: Primitive, exp
     assert text.endswith("\n")
     assert [float(line) for line in text.splitlines()] == expected
     assert text.splitlines()[0] == str(expected[0])
-
-
-def test_every_kind_has_a_label() -> None:
-    assert set(LAYOUT) == set(KINDS)
-    assert sorted(label for label, _ in LAYOUT.values()) == [1, 2, 3, 4, 5]
