@@ -31,7 +31,7 @@ def _context(preload: list[str]) -> Any:
 
 
 def _serve(connection: Connection, warm: Callable[[], Any], work: Work) -> None:
-    """The life of a worker process: warm up, say so, then one job after the other until the pipe closes."""
+    """The life of a worker process: warm up, say so, then confirm and do jobs until the pipe closes."""
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -47,6 +47,7 @@ def _serve(connection: Connection, warm: Callable[[], Any], work: Work) -> None:
             job = connection.recv()
         except EOFError:
             return
+        connection.send(None)
         connection.send(work(job))
 
 
@@ -62,14 +63,16 @@ class _Worker:
 
     @property
     def alive(self) -> bool:
-        return self._process is not None and self._process.is_alive()
+        process = self._process
+        return process is not None and process.is_alive()
 
     def start(self) -> None:
         self._connection, theirs = self._context.Pipe()
-        self._process = self._context.Process(
+        process = self._context.Process(
             target=_serve, args=(theirs, self._warm, self._work), daemon=True, name="primfit-worker"
         )
-        self._process.start()
+        process.start()
+        self._process = process
         theirs.close()
         if self._stopped:
             self.kill()
@@ -81,7 +84,16 @@ class _Worker:
         self.greeting = greeting
 
     def call(self, job: Any, time_limit: float) -> Any:
-        """Have a job done; whatever goes wrong, the process is gone afterwards."""
+        """Have a job done; if that fails, the process is gone afterwards."""
+        try:
+            self._begin(job, time_limit)
+        except WorkerDiedError:
+            # It ended while it was idle: the job is not to blame, and goes to a new process.
+            self._begin(job, time_limit)
+        return self._receive(time_limit)
+
+    def _begin(self, job: Any, time_limit: float) -> None:
+        """Hand a job over and wait until the process says that it has it."""
         if not self.alive:
             self.start()
         try:
@@ -89,7 +101,7 @@ class _Worker:
         except OSError as error:
             self.kill()
             raise WorkerDiedError("the worker process had ended") from error
-        return self._receive(time_limit)
+        self._receive(time_limit)
 
     def _receive(self, time_limit: float) -> Any:
         try:
@@ -141,8 +153,8 @@ class WorkerPool:
 
     @property
     def n_warm(self) -> int:
-        """Workers that run and have warmed up."""
-        return sum(worker.alive for worker in self._warm)
+        """Workers that have warmed up; one that ended while idle counts, since its next job restarts it."""
+        return len(self._warm)
 
     @property
     def greeting(self) -> Any:

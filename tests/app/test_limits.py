@@ -172,6 +172,11 @@ def _workers(pid: int) -> list[int]:
     return [child for child, parent in parents.items() if parent in forkers]
 
 
+def _ticks(pid: int) -> int:
+    """Processor time that a process has used, in hundredths of a second."""
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11])
+
+
 class _Background(threading.Thread):
     """A request in the background; `response` is there after `join`."""
 
@@ -193,9 +198,11 @@ needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="fi
 def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
     before = _workers(service.pid)
     assert len(before) == 2
-    request = _Background(service, _npy(_cylinder(400_000)))
+    idle = {pid: _ticks(pid) for pid in before}
+    request = _Background(service, _npy(_cylinder(2_000_000)))
     request.start()
-    time.sleep(0.7)
+    while not any(_ticks(pid) > idle[pid] + 20 for pid in before):
+        time.sleep(0.02)
     for pid in before:
         os.kill(pid, signal.SIGKILL)
     request.join()
@@ -203,7 +210,16 @@ def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
     for _ in range(3):
         _works(service)
     assert _is_clean(service)
-    assert len(set(_workers(service.pid)) - set(before)) >= 1
+    assert set(_workers(service.pid)).isdisjoint(before)
+
+
+@needs_proc
+def test_a_worker_that_died_while_idle_is_replaced_unnoticed(strict_service: Any) -> None:
+    for _ in range(5):
+        (worker,) = _workers(strict_service.pid)
+        os.kill(worker, signal.SIGKILL)
+        assert strict_service.client.get("/readyz").status_code == 200
+        _works(strict_service)
 
 
 @needs_proc
