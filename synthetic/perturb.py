@@ -18,8 +18,8 @@ Mask = NDArray[np.bool_]
 
 NOISY_SHARE = Range(0.0, 0.8)
 """Share of the points that noise is added to: real clouds keep at least a fifth of their points exact."""
-REMOVED_SHARE = Range(0.1, 0.85)
-MISSING_RADIUS = Range(0.02, 0.15)
+REMOVED_SHARE = Range(0.5, 0.8)
+MISSING_RADIUS = Range(0.01, 0.08)
 BUMP_WIDTH = Range(0.02, 0.05)
 BUMP_HEIGHT = Range(0.02, 0.08)
 """A missing part's radius, a bump's standard deviations and amplitude, as shares of the diagonal."""
@@ -28,7 +28,7 @@ BUMP_REACH = 8.0
 FEWEST_POINTS = 77
 """The smallest cloud of the training set; removals stop there."""
 
-NOISE: dict[str, NoiseLaw] = {"plane": NoiseLaw(uniform_n=(1, 20), gaussian_n=(3, 30))}
+NOISE: dict[str, NoiseLaw] = {"plane": NoiseLaw((1, 3, 5, 10, 15, 20), (3, 5, 10, 15, 20, 25, 30))}
 """Planes get larger amplitudes than the paper says; all other kinds the `NoiseLaw` of the paper."""
 
 
@@ -82,8 +82,7 @@ def add_noise(
     rng: Generator, points: Array, law: NoiseLaw, noise: Literal["uniform", "gaussian"]
 ) -> tuple[Array, Mask]:
     """Noise on a random share of the points; returns the points and the mask of those moved."""
-    low, high = law.uniform_n if noise == "uniform" else law.gaussian_n
-    n = int(rng.integers(low, high, endpoint=True))
+    n = int(rng.choice(law.uniform_n if noise == "uniform" else law.gaussian_n))
     share = rng.uniform(NOISY_SHARE.low, NOISY_SHARE.high)
     moved = random_subset(rng, len(points), int(share * len(points)))
     draw = uniform_noise if noise == "uniform" else gaussian_noise

@@ -12,7 +12,11 @@ KEPT_AXES = 0.5
 KEPT_POSITIONS = 0.5
 REACH = 3.0
 """Translations reach this many half-extents."""
-PLANE_SHIFT = (4.0, 28.0)
+CONE_REACH = 1.14
+"""A cone's translations are larger by this than the height left after cuts explains."""
+TORUS_REACH = (1.2, 4.0)
+"""The largest translation of a torus along z, in minor radii, is drawn first."""
+PLANE_SHIFT = (0.0, 26.0)
 """Translation of a plane on each coordinate."""
 
 
@@ -37,7 +41,7 @@ def half_extents(primitive: Primitive, points: Array) -> Array:
         case Sphere(radius=radius):
             return np.full(3, radius)
         case Cone(half_angle=half_angle):
-            height = points[:, 2].max()
+            height = CONE_REACH * points[:, 2].max()
             return np.array([height * np.tan(half_angle), height * np.tan(half_angle), 0.7 * height])
         case Torus(major_radius=major_radius, minor_radius=minor_radius):
             return np.array([major_radius, major_radius, minor_radius])
@@ -47,15 +51,18 @@ def half_extents(primitive: Primitive, points: Array) -> Array:
 def sample_translation(rng: Generator, primitive: Primitive, points: Array) -> Array:
     if isinstance(primitive, Plane):
         return rng.uniform(*PLANE_SHIFT, 3)
-    return rng.uniform(-REACH, REACH, 3) * half_extents(primitive, points)
+    translation = rng.uniform(-REACH, REACH, 3) * half_extents(primitive, points)
+    if isinstance(primitive, Torus):
+        translation[2] = rng.uniform(-1.0, 1.0) * rng.uniform(*TORUS_REACH) * primitive.minor_radius
+    return translation
 
 
-def place(rng: Generator, primitive: Primitive, points: Array) -> tuple[Primitive, Array]:
-    """Rotate and translate, or not; a plane is always rotated, a sphere need not be.
+def place(rng: Generator, primitive: Primitive, points: Array, turn: bool = False) -> tuple[Primitive, Array]:
+    """Rotate and translate, or not; a plane is always rotated, and so is everything when `turn` is set.
 
     A pose that is kept is kept to the last digit: axes stay exactly z, positions exactly the origin.
     """
-    if isinstance(primitive, Plane) or rng.random() >= KEPT_AXES:
+    if turn or isinstance(primitive, Plane) or rng.random() >= KEPT_AXES:
         rotation = rotation_about_axes(rng.uniform(0.0, 2 * np.pi, 3))
         turned = primitive.transformed(rotation, np.zeros(3), 1.0), points @ rotation.T
     else:

@@ -26,10 +26,10 @@ class Range:
 
 @dataclass(frozen=True)
 class NoiseLaw:
-    """The integers n, bounds included, of U(-1/n, 1/n) and of N(-1/n, (2/n)^2), drawn once a cloud."""
+    """The values of n in U(-1/n, 1/n) and in N(-1/n, (2/n)^2); one is drawn a cloud."""
 
-    uniform_n: tuple[int, int] = (3, 20)
-    gaussian_n: tuple[int, int] = (10, 30)
+    uniform_n: tuple[int, ...] = (3, 5, 10, 15, 20)
+    gaussian_n: tuple[int, ...] = (10, 15, 20, 25, 30)
 
 
 PERTURBATIONS = ("A0", "A1", "A2", "A3", "A4", "A5", "A6", "A7", "A8", "A9")

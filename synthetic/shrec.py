@@ -1,30 +1,19 @@
 """Labelled clouds like those of SHREC 2022: sample, cut, place, perturb."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
-from fitting.primitives import KINDS, Primitive
+from fitting.primitives import KINDS
 from synthetic.canonical import sample_segment
+from synthetic.clouds import SyntheticCloud
 from synthetic.perturb import perturb
 from synthetic.poses import place
 from synthetic.recipes import PERTURBATIONS, TRAINING_COUNTS, BenchmarkRecipe
 
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class SyntheticCloud:
-    """A labelled cloud; `exact_share` is the share of its points that no perturbation moved."""
-
-    points: Array
-    primitive: Primitive
-    kind: str
-    perturbation: str
-    exact_share: float
+WHOLE_AND_TURNED = "A9"
+"""In the training set clouds of this type are never cut, and their axes never stay z."""
 
 
 def sample_cloud(rng: Generator, kind: str, perturbation: str) -> SyntheticCloud:
@@ -40,12 +29,13 @@ def sample_cloud(rng: Generator, kind: str, perturbation: str) -> SyntheticCloud
     -------
     SyntheticCloud with points (N, 3), 77 <= N <= 8100, in the benchmark's units (extents of 2 to 30)
     """
-    primitive, points = place(rng, *sample_segment(rng, kind))
+    whole = perturbation == WHOLE_AND_TURNED
+    primitive, points = place(rng, *sample_segment(rng, kind, cuts=not whole), turn=whole)
     points, moved = perturb(rng, points, kind, perturbation)
     return SyntheticCloud(points, primitive, kind, perturbation, 1.0 - float(np.mean(moved)))
 
 
-def cloud(recipe: BenchmarkRecipe, index: int) -> SyntheticCloud:
+def benchmark_cloud(recipe: BenchmarkRecipe, index: int) -> SyntheticCloud:
     """Cloud `index` of a recipe, whatever was drawn before it."""
     rng = np.random.default_rng([recipe.seed, index])
     counts = np.array([TRAINING_COUNTS[PERTURBATIONS.index(name)] for name in recipe.perturbations])
@@ -62,4 +52,4 @@ def batch(
 ) -> Iterator[SyntheticCloud]:
     """Clouds start .. start + n - 1 of the recipe with this seed; batches of one seed overlap exactly."""
     recipe = BenchmarkRecipe(seed, tuple(kinds), tuple(perturbations))
-    return (cloud(recipe, index) for index in range(start, start + n))
+    return (benchmark_cloud(recipe, index) for index in range(start, start + n))

@@ -1,10 +1,20 @@
-"""Canonical segments: parameters in their ranges, points on the surface, cuts that leave a half-space."""
+"""Canonical segments: parameters in their ranges, points on the surface, spans and cuts by their laws."""
 
 import numpy as np
 import pytest
 
 from fitting.primitives import KINDS
-from synthetic.canonical import GRID, SAMPLERS, SMALLEST_CUT, TORUS_GRID, cut, sample_segment
+from synthetic import canonical
+from synthetic.canonical import (
+    GRID,
+    KEPT_SHARE,
+    SAMPLERS,
+    TORUS_GRID,
+    WHOLE_SPAN,
+    cut,
+    sample_segment,
+    span,
+)
 from synthetic.recipes import Range
 
 
@@ -23,7 +33,7 @@ def test_segments_stay_on_the_surface_and_keep_enough_points(kind):
     for _ in range(20):
         primitive, points = sample_segment(rng, kind)
         assert np.abs(primitive.signed_distance(points)).max() < 1e-14
-        assert SMALLEST_CUT <= len(points) <= 8100
+        assert KEPT_SHARE[kind].quantiles[0] * 6400 - 1 <= len(points) <= 8100
 
 
 def test_parameters_follow_the_laws_of_the_training_set():
@@ -39,21 +49,45 @@ def test_parameters_follow_the_laws_of_the_training_set():
     assert abs(np.mean(angles) - np.pi / 4) < 4 * (np.pi / 6) / 60
 
 
-def test_a_cut_leaves_one_side_of_a_plane():
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_share_kept_follows_the_training_sizes(kind):
+    law, rng = KEPT_SHARE[kind], np.random.default_rng(8)
+    shares = np.array([law.draw(rng) for _ in range(4000)])
+    # Four standard deviations of a share, and the deciles of those that are cut to 5 % of the grid.
+    assert abs(np.mean(shares == 1.0) - law.uncut) < 4 * 0.5 / np.sqrt(4000)
+    deciles = np.quantile(shares[shares < 1.0], np.linspace(0.0, 1.0, len(law.quantiles)))
+    np.testing.assert_allclose(deciles, law.quantiles, atol=0.05)
+
+
+@pytest.mark.parametrize("count", [1, 400, 4999, 5000])
+def test_cuts_leave_exactly_so_many_points_of_the_cloud_in_their_order(count):
+    points = np.arange(5000.0)[:, None] + np.random.default_rng(4).uniform(0, 0.5, (5000, 3))
+    kept = cut(np.random.default_rng(5), points, count)
+    places = kept[:, 0].astype(int)
+    assert len(kept) == count
+    assert np.array_equal(kept, points[places]) and (np.diff(places) > 0).all()
+
+
+def test_one_cut_leaves_one_side_of_a_plane(monkeypatch):
+    monkeypatch.setattr(canonical, "MOST_CUTS", 1)
     points = np.random.default_rng(4).uniform(-1, 1, (5000, 3))
-    kept = cut(np.random.default_rng(5), points, 1)
-    removed = (
-        points[~(points[:, None] == kept[None]).all(-1).any(1)] if len(kept) < len(points) else points[:0]
-    )
-    assert SMALLEST_CUT <= len(kept) < len(points)
-    assert len(kept) + len(removed) == len(points)
-    direction = np.random.default_rng(5).standard_normal(3)
+    kept = cut(np.random.default_rng(5), points, 3000)
+    removed = points[~np.isin(points[:, 0], kept[:, 0])]
+    rng = np.random.default_rng(5)
+    rng.integers(1, 1, endpoint=True), rng.dirichlet([1.0]), rng.multinomial(2000, [1.0])
+    direction = rng.standard_normal(3)
+    assert len(removed) == 2000
     assert (kept @ direction).min() > (removed @ direction).max()
 
 
-def test_cuts_never_leave_too_few_points():
-    points = np.random.default_rng(6).uniform(-1, 1, (SMALLEST_CUT + 50, 3))
-    assert len(cut(np.random.default_rng(7), points, 30)) >= SMALLEST_CUT
+def test_half_of_the_spans_are_whole_and_the_others_lie_within():
+    rng = np.random.default_rng(6)
+    spans = np.array([span(rng, -1.0, 3.0) for _ in range(2000)])
+    width = spans[:, 1] - spans[:, 0]
+    assert spans.min() >= -1.0 and spans.max() <= 3.0
+    # Four standard deviations of a share of one half among 2000; parts are uniform in 20 to 100 %.
+    assert abs(np.mean(width == 4.0) - WHOLE_SPAN) < 0.045
+    np.testing.assert_allclose(np.quantile(width[width < 4.0], [0.0, 0.5, 1.0]), [0.8, 2.4, 4.0], atol=0.2)
 
 
 def test_a_range_is_ordered():

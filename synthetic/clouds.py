@@ -1,0 +1,48 @@
+"""What every generator hands out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fitting.primitives import Primitive
+
+
+@dataclass(frozen=True, eq=False)
+class SyntheticCloud:
+    """A labelled cloud, with what is known of how it was made, to group results by.
+
+    Attributes
+    ----------
+    points : (N, 3) float64, in the unit of the cloud, as is every length below
+    primitive : the truth; None for a foreign shape
+    kind : the kind of the primitive, or the name of the foreign shape
+    perturbation : "A0" to "A9" for benchmark clouds, else empty
+    exact_share : share of the points that nothing moved from the surface, not even rounding
+    family : "benchmark", "scanner" or "foreign"
+    noise : standard deviation of the noise along the ray, over the points that are no outliers; None where
+        there is no single one (benchmark clouds: `exact_share` and the perturbation say more)
+    outlier_share : share of the points that do not belong to the surface, mixed pixels included
+    outliers : mask (N,) of those points, or None for benchmark clouds
+    arc : degrees that the surface points cover: of azimuth around the axis, or around the centre as seen
+        from it for a sphere; None for planes, foreign shapes and benchmark clouds
+    step : distance between two values that a coordinate can take, 0 where it is not rounded
+    stations : positions (S, 3) of the scanner, or None
+    station : which of them saw each point, (N,), or None
+    extent : the diagonal of the bounding box of the surface points before noise, or None
+    """
+
+    points: NDArray[np.float64]
+    primitive: Primitive | None
+    kind: str
+    perturbation: str = ""
+    exact_share: float = 0.0
+    family: str = "benchmark"
+    noise: float | None = None
+    outlier_share: float = 0.0
+    outliers: NDArray[np.bool_] | None = None
+    arc: float | None = None
+    step: float = 0.0
+    stations: NDArray[np.float64] | None = None
+    station: NDArray[np.intp] | None = None
+    extent: float | None = None
