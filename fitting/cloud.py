@@ -12,7 +12,7 @@ from fitting.normalize import Frame
 from fitting.normals import estimate_normals
 
 WORKING_POINTS = 20_000
-"""Larger clouds are searched and judged on a random sample of this size, and polished on all points."""
+"""Larger clouds are searched and judged on a random sample of this size; noisy ones end on all points."""
 
 SAMPLE_POINTS = 1024
 """Points at which normals and neighbours are looked at."""
@@ -20,10 +20,10 @@ SAMPLE_POINTS = 1024
 LARGEST_COORDINATE = 1e100
 """Beyond this magnitude squares and products of coordinates overflow."""
 
-MANY = 100
-"""Clouds whose first points up to this number are distinct have points enough for every kind."""
+LIKELY_REPEATED = 0.02
+"""Where more than this share of a sample repeats other points of it, repetitions are left out."""
 
-FEW = 3
+FEW = 5
 """Clouds of fewer than this many times the points that a kind takes are fitted without rejecting any."""
 
 FLAT = 1e-10
@@ -38,13 +38,12 @@ class Cloud:
     ----------
     frame : carries primitives back to the input
     points : (N, 3) all points
-    working : (M, 3) the points themselves, or a random sample of a large cloud
+    working : (M, 3) the points without repetitions, or a random sample of a large cloud
     sample : (S,) indices into `working`, in random order
     normals : (S, 3) unit normals there
     tolerance : size of the rounding of the coordinates
     diagonal : of the bounding box
     flat : all points lie in one plane within the rounding
-    distinct : number of distinct points, counted only where it may be small; else N
     """
 
     frame: Frame
@@ -55,7 +54,6 @@ class Cloud:
     tolerance: float
     diagonal: float
     flat: bool
-    distinct: int
 
     @classmethod
     def prepare(cls, points: object, normals: Array | None, rng: np.random.Generator) -> Self:
@@ -71,6 +69,9 @@ class Cloud:
             chosen = np.sort(rng.choice(len(normalized), WORKING_POINTS, replace=False))
             working = normalized[chosen]
             given = None if normals is None else normals[chosen]
+        elif is_repetitive(normalized, rng):
+            working, kept = np.unique(normalized, axis=0, return_index=True)
+            given = None if normals is None else normals[kept]
         spread = np.linalg.svd(working - working.mean(axis=0), compute_uv=False) / np.sqrt(len(working))
         if spread[1] <= max(FLAT * spread[0], 2.0 * tolerance):
             raise InvalidPointCloudError(
@@ -87,12 +88,11 @@ class Cloud:
             tolerance=tolerance,
             diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
             flat=bool(spread[2] <= tolerance),
-            distinct=count_distinct(normalized),
         )
 
     def is_small(self, dof: int) -> bool:
         """Whether a kind that takes `dof` points has too few here to reject any of them."""
-        return self.distinct < FEW * dof
+        return len(self.working) < FEW * dof
 
 
 def check_points(points: object) -> Array:
@@ -121,7 +121,12 @@ def check_points(points: object) -> Array:
 
 def check_normals(normals: object, n_points: int) -> Array:
     """Unit normals of shape (N, 3), one a point, or an error."""
-    array = np.asarray(normals, dtype=np.float64)
+    try:
+        array = np.asarray(normals, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidPointCloudError(
+            "normals cannot be read as numbers of shape (N, 3)", "normals"
+        ) from error
     if array.shape != (n_points, 3):
         raise InvalidPointCloudError(
             f"normals have shape {array.shape}; ({n_points}, 3) is needed", "normals"
@@ -133,8 +138,7 @@ def check_normals(normals: object, n_points: int) -> Array:
     return array / length[:, None]
 
 
-def count_distinct(points: Array) -> int:
-    """Number of distinct points; the number of all of them if the first `MANY` are."""
-    if len(points) >= MANY and len(np.unique(points[:MANY], axis=0)) == MANY:
-        return len(points)
-    return len(np.unique(points, axis=0))
+def is_repetitive(points: Array, rng: np.random.Generator) -> bool:
+    """Whether a sample of the cloud holds the same points again and again."""
+    sample = points[rng.permutation(len(points))[:SAMPLE_POINTS]]
+    return len(np.unique(sample, axis=0)) < (1.0 - LIKELY_REPEATED) * len(sample)

@@ -31,6 +31,8 @@ class Config:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if self.kinds is None or isinstance(self.kinds, str):  # type: ignore[unreachable]
+            raise InvalidOptionError(f"kinds must be a sequence of names out of {', '.join(KINDS)}", "kinds")
         object.__setattr__(self, "kinds", tuple(self.kinds))
         if not self.kinds:
             raise InvalidOptionError(f"kinds is empty; name at least one of {', '.join(KINDS)}", "kinds")
@@ -43,10 +45,14 @@ class Config:
             raise InvalidOptionError(
                 f"criterion is {self.criterion!r:.40}; allowed are {', '.join(CRITERIA)}", "criterion"
             )
+        if self.max_error is not None and not isinstance(self.max_error, int | float):
+            raise InvalidOptionError(f"max_error is {self.max_error!r:.40}, not a number", "max_error")
         if self.max_error is not None and not (math.isfinite(self.max_error) and 0.0 < self.max_error <= 1.0):
             raise InvalidOptionError(
                 f"max_error is {self.max_error:g}; it is a share of the bounding-box diagonal in (0, 1]",
                 "max_error",
             )
+        if not isinstance(self.seed, int) or isinstance(self.seed, bool):
+            raise InvalidOptionError(f"seed is {self.seed!r:.40}, not a whole number", "seed")
         if not 0 <= self.seed < 2**63:
             raise InvalidOptionError("seed must lie between 0 and 2^63 - 1", "seed")

@@ -14,7 +14,7 @@ TINY = 1e-300
 
 def vector(values: object) -> Array:
     """A float64 copy of shape (3,) that nobody can change."""
-    result = np.array(values, dtype=np.float64).reshape(3)
+    result = np.array(values, dtype=np.float64).reshape(3) + 0.0  # no negative zeros
     result.flags.writeable = False
     return result
 

@@ -25,6 +25,7 @@ SMALL_DEFORMATION = 0.01
 """Points this close, in diagonals, to a surface that has exact points are no outliers."""
 
 SMALLEST_INLIER_SHARE = 0.5
+"""Share of the points that must be near a surface, plus what it may choose: twice its parameters."""
 
 LARGEST_STRUCTURE = 0.3
 """Largest correlation of neighbouring residuals of a surface that explains a cloud."""
@@ -35,21 +36,30 @@ LARGEST_BIASED_STRUCTURE = 0.6
 LARGEST_SCATTER = 0.04
 """Noise beyond this share of the diagonal is a volume rather than a surface.
 
-Twice as much is allowed beside a few exact points, and any noise beside many."""
+Less, by four times its parameters, for a surface that has few points to hug. Twice as much is allowed
+beside a few exact points, and any noise beside many."""
 
 CLEAR_STRUCTURE = 0.15
-"""A correlation below this leaves no doubt about the kind if the classifier has none, either."""
+"""A correlation below this leaves no doubt about the kind if the classifier has none, either ..."""
+
+CLEAR_TREND = 4.0
+"""... and a trend of the residuals within this many standard deviations of what noise alone shows."""
 
 LARGE_EXACT_SHARE = 0.25
 """An exact subset of this share is no accident of sampling (two generatrices reach 0.22)."""
 
 SAFE_EXACT_SHARE = 0.5
+"""With as many exact points, a small deformation of the others leaves no doubt."""
 
 LARGEST_DEFORMATION = 0.05
 """Rejected points of an otherwise exact surface may be structured if they are this close, in diagonals."""
 
 FEWEST_POINTS = 12
 CLOSE_NEIGHBOURS = 3
+"""Structure is looked for among at least so many points, and so many neighbours of each."""
+
+EQUAL_SHARES = 0.1
+"""Exact shares that differ by less than this, relatively, are equal."""
 
 STRONG_EVIDENCE = 6.0
 """Difference in BIC that decides; Kass and Raftery, "Bayes factors", JASA 90, 1995, section 3.2."""
@@ -67,6 +77,7 @@ class Evidence:
     inlier : (M,) mask of the points not rejected as outliers
     noise_scale : standard deviation of the inliers that are not exact
     structure : correlation of the residuals of neighbouring inliers, 0 for independent noise
+    trend : how far the residuals follow a quadratic in space, in standard deviations of pure noise
     """
 
     primitive: Primitive
@@ -75,6 +86,7 @@ class Evidence:
     inlier: np.ndarray
     noise_scale: float
     structure: float
+    trend: float
 
     @classmethod
     def weigh(cls, primitive: Primitive, cloud: Cloud) -> Self:
@@ -83,18 +95,20 @@ class Evidence:
         exact = exact_points(absolute, cloud.tolerance, primitive.dof)
         if cloud.is_small(primitive.dof):
             noise = float(np.sqrt(np.sum(absolute**2) / max(len(absolute) - primitive.dof, 1)))
-            return cls(primitive, distance, exact, np.ones_like(exact), noise, 0.0)
+            everything = np.ones_like(exact)
+            return cls(primitive, distance, exact, everything, 0.0 if exact.all() else noise, 0.0, 0.0)
         noise_scale = 0.0 if exact.all() else trimmed_scale(absolute[~exact])
+        if not exact.any():
+            noise_scale *= np.sqrt(len(absolute) / (len(absolute) - primitive.dof))
         nearby = SMALL_DEFORMATION * cloud.diagonal if exact.any() else cloud.tolerance
         inlier = exact | (absolute <= max(OUTLIER * noise_scale, nearby))
-        return cls(
-            primitive,
-            distance,
-            exact,
-            inlier,
-            noise_scale,
-            _structure(primitive, distance, inlier & ~exact, cloud),
-        )
+        seen = cloud.sample[(inlier & ~exact)[cloud.sample]]
+        structure = trend = 0.0
+        if len(seen) >= FEWEST_POINTS:
+            points, residual = cloud.working[seen], distance[seen]
+            feet = points - residual[:, None] * primitive.gradient(points)
+            structure, trend = _structure(feet, residual), _trend(primitive, feet, residual)
+        return cls(primitive, distance, exact, inlier, noise_scale, structure, trend)
 
     @property
     def exact_share(self) -> float:
@@ -134,11 +148,11 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, sure: bool,
     sure : the classifier hardly doubts this kind
     only : no other kind is allowed, so that no evidence against others is needed
     """
-    n, primitive = cloud.distinct, evidence.primitive
+    n, primitive = len(cloud.working), evidence.primitive
     if n == primitive.dof and not only:
         return Verdict(Standing.REFUSED, f"{n} points determine it exactly and leave none to check it with")
-    if evidence.inlier_share < SMALLEST_INLIER_SHARE:
-        share, least = evidence.inlier_share, SMALLEST_INLIER_SHARE
+    share, least = evidence.inlier_share, SMALLEST_INLIER_SHARE + 2.0 * primitive.dof / n
+    if share < least and not evidence.exact.all():
         return Verdict(Standing.REFUSED, f"only {share:.0%} of the points are near it (at least {least:.0%})")
     if max_error is not None:
         return _by_threshold(evidence.mean_inlier_distance / cloud.diagonal, max_error)
@@ -146,7 +160,7 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, sure: bool,
         return Verdict(Standing.CERTAIN, "every point lies on it within the rounding of the coordinates")
     if evidence.exact.any():
         return _by_exact_points(evidence, cloud.diagonal)
-    if cloud.is_small(primitive.dof) and not only:
+    if n < 2 * primitive.dof and not only:
         return Verdict(Standing.REFUSED, f"{n} points that do not lie on it are too few to check it with")
     return _by_noise(evidence, cloud.diagonal, sure or only)
 
@@ -168,7 +182,7 @@ def _by_exact_points(evidence: Evidence, diagonal: float) -> Verdict:
     if evidence.structure <= LARGEST_BIASED_STRUCTURE:
         return Verdict(Standing.CERTAIN if large else Standing.ACCEPTABLE, f"{exact}; the others: {spread}")
     rest = float(np.abs(evidence.distance[~evidence.exact]).mean()) / diagonal
-    if large and rest <= LARGEST_DEFORMATION:
+    if rest <= (LARGEST_DEFORMATION if large else SMALL_DEFORMATION):
         standing = Standing.CERTAIN if share >= SAFE_EXACT_SHARE else Standing.ACCEPTABLE
         return Verdict(standing, f"{exact}; the others are a deformation by {rest:.2e} of the diagonal")
     return Verdict(Standing.REFUSED, f"{exact}, but the others form a structure of their own: {spread}")
@@ -180,9 +194,10 @@ def _by_noise(evidence: Evidence, diagonal: float, sure: bool) -> Verdict:
     if evidence.structure > LARGEST_STRUCTURE:
         limit = 1.0 / np.sqrt(1.0 - LARGEST_STRUCTURE)
         return Verdict(Standing.REFUSED, f"the shape is systematically off: {spread} (at most {limit:.2f})")
-    if evidence.noise_scale > LARGEST_SCATTER * diagonal:
-        return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {LARGEST_SCATTER:.2e})")
-    clear = sure and evidence.structure <= CLEAR_STRUCTURE
+    most = LARGEST_SCATTER * max(1.0 - 4.0 * evidence.primitive.dof / len(evidence.distance), 0.25)
+    if evidence.noise_scale > most * diagonal:
+        return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {most:.2e})")
+    clear = sure and evidence.structure <= CLEAR_STRUCTURE and evidence.trend <= CLEAR_TREND
     return Verdict(Standing.CERTAIN if clear else Standing.ACCEPTABLE, spread)
 
 
@@ -202,7 +217,7 @@ def better(a: Evidence, b: Evidence, tolerance: float) -> float:
     Source: Schwarz, "Estimating the dimension of a model", Annals of Statistics 6, 1978.
     """
     if a.exact.any() or b.exact.any():
-        if abs(a.exact_share - b.exact_share) > 0.1 * max(a.exact_share, b.exact_share):
+        if abs(a.exact_share - b.exact_share) > EQUAL_SHARES * max(a.exact_share, b.exact_share):
             return np.inf if a.exact_share > b.exact_share else -np.inf
         return np.inf if a.primitive.dof < b.primitive.dof else -np.inf
     common = a.inlier if a.noise_scale < b.noise_scale else b.inlier
@@ -229,21 +244,34 @@ def summarize(
     )
 
 
-def _structure(primitive: Primitive, distance: Array, considered: np.ndarray, cloud: Cloud) -> float:
+def _structure(feet: Array, residual: Array) -> float:
     """Correlation of the residuals of points whose feet on the surface are neighbours.
 
     Neighbours are looked for among the feet, not among the points: of noisy points the closest ones are
     those that happen to be displaced alike. Magnitudes are looked at as well as signed residuals, because
     two sheets of a cloud on either side of a surface have feet that mix.
     """
-    chosen = cloud.sample[considered[cloud.sample]]
-    if len(chosen) < FEWEST_POINTS:
-        return 0.0
-    points, residual = cloud.working[chosen], distance[chosen]
-    feet = points - residual[:, None] * primitive.gradient(points)
     neighbours = cKDTree(feet).query(feet, k=1 + CLOSE_NEIGHBOURS)[1][:, 1:]
     magnitude = np.abs(residual) - np.abs(residual).mean()
     return max(_correlation(residual, neighbours), _correlation(magnitude, neighbours))
+
+
+def _trend(primitive: Primitive, feet: Array, residual: Array) -> float:
+    """How much a quadratic in space explains of the residuals, beyond the fit's own parameters.
+
+    The sum of squares that it explains follows chi^2 under independent noise; returned is its excess over
+    the mean in standard deviations. It sees what spans the whole cloud, such as the curvature of a shallow
+    arc, which neighbours cannot tell from noise.
+    """
+    x, y, z = feet.T
+    quadratic = np.stack([np.ones_like(x), x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], axis=1)
+    fitted = np.linalg.qr(primitive.linearize(feet)[1])[0]
+    beyond, sizes, _ = np.linalg.svd(quadratic - fitted @ (fitted.T @ quadratic), full_matrices=False)
+    beyond = beyond[:, sizes > 1e-6 * np.sqrt(len(feet))]
+    terms, variance = beyond.shape[1], float(np.mean(residual**2))
+    if terms == 0 or variance == 0.0:
+        return 0.0
+    return (float(np.sum((beyond.T @ residual) ** 2)) / variance - terms) / float(np.sqrt(2.0 * terms))
 
 
 def _correlation(values: Array, neighbours: np.ndarray) -> float:

@@ -10,16 +10,19 @@ DECIMALS = range(0, 10)
 COARSEST_STEPS = 64
 """A decimal step is a rounding if the cloud is at least this many steps wide; else it is a lattice."""
 
+LEAST_EXACT = 0.03
+"""Smallest share of a cloud that counts as an exact subset."""
+
 TRIM = 2.5
-_TRIMMED_SHARE = 0.9545783
+_TRIMMED_DEVIATION = 0.9545975
 """Standard deviation of a unit normal variable cut at +-TRIM."""
 
 
 def resolution(points: Array) -> float:
     """Size of the rounding in the coordinates, in their unit: no distance below it means anything.
 
-    The largest of: 64 units in the last place of float64, 4 of float32 if every coordinate is a float32
-    number, and the decimal step if every coordinate of a sample is a multiple of one.
+    The largest of: 64 units in the last place of float64, 4 of float32 if every coordinate of a sample
+    is a float32 number, and the decimal step if every coordinate of a sample is a multiple of one.
     """
     largest = float(np.max(np.abs(points)))
     extent = float(np.max(np.ptp(points, axis=0)))
@@ -49,7 +52,7 @@ def trimmed_scale(distance: Array) -> float:
         core = distance[distance <= TRIM * scale]
         if len(core) == 0 or scale == 0.0:
             return scale
-        new_scale = float(np.sqrt(np.mean(core**2))) / _TRIMMED_SHARE
+        new_scale = float(np.sqrt(np.mean(core**2))) / _TRIMMED_DEVIATION
         if abs(new_scale - scale) <= 1e-3 * scale:
             return new_scale
         scale = new_scale
@@ -60,14 +63,14 @@ def exact_points(distance: Array, tolerance: float, dof: int) -> np.ndarray:
     """Mask (N,) of the points that lie on the surface as exactly as the coordinates can say.
 
     Empty where that many could lie there by accident: unless it is all of them, there must be more than
-    twice the points that determine the surface, 3 % of the cloud, and five times what the density of points
-    between one and ten tolerances lets expect.
+    twice the points that determine the surface, `LEAST_EXACT` of the cloud, and five times what the density
+    of points between one and ten tolerances lets expect.
     """
     mask = distance <= tolerance
     if mask.all():
         return mask
     count = int(mask.sum())
     nearby = int((distance <= 10.0 * tolerance).sum()) - count
-    if count >= max(2 * dof + 2, 0.03 * len(distance)) and count > 5.0 * nearby / 9.0:
+    if count >= max(2 * dof + 2, LEAST_EXACT * len(distance)) and count > 5.0 * nearby / 9.0:
         return mask
     return np.zeros_like(mask)

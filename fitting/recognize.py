@@ -111,7 +111,9 @@ def _conclude(tries: list[_Try], cloud: Cloud) -> Recognition:
         return _recognition("no_fit", best, [], tries, message, cloud)
     rivals = [t for t in acceptable if t is not best and _rivals(best, t, cloud.tolerance)]
     tries = [
-        _second(tried, best, cloud) if tried.acceptable and tried not in (best, *rivals) else tried
+        _second(tried, best, cloud)
+        if tried.acceptable and not any(tried is kept for kept in (best, *rivals))
+        else tried
         for tried in tries
     ]
     if rivals:

@@ -43,7 +43,7 @@ def refine(
     points : (N, 3) in a frame centred near the origin, extent near 1
     kernel : `LeastSquares` by default
     scale : residual of one unit, in the unit of the points
-    max_iterations : evaluations of the Jacobian
+    max_iterations : steps that lower the cost
     """
     kernel = kernel or LeastSquares()
     damping = 1e-12
@@ -60,7 +60,9 @@ def refine(
         diagonal += 1e-14 * max(float(diagonal.max()), 1e-300)
         while True:
             step = np.asarray(np.linalg.solve(normal + np.diag(damping * diagonal), -gradient), np.float64)
-            if not float(np.abs(step).max()) > SMALLEST_STEP:
+            if not np.all(np.isfinite(step)):
+                return Refined(primitive, cost, False)
+            if float(np.abs(step).max()) <= SMALLEST_STEP:
                 return Refined(primitive, cost, True)
             candidate = primitive.stepped(step)
             new_distance, new_jacobian = candidate.linearize(points)

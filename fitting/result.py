@@ -11,7 +11,8 @@ Outcome = Literal["accepted", "refused", "failed"]
 
 @dataclass(frozen=True)
 class ErrorSummary:
-    """Orthogonal distances of all points, in the unit of the input.
+    """Orthogonal distances of all points, in the unit of the input; shares and noise are those of the
+    points that were judged, all distinct ones or a sample of 20,000.
 
     Attributes
     ----------

@@ -24,13 +24,22 @@ STARTS = 4
 SHRINK = 0.7
 """Factor between the kernel scales of one step and the next."""
 
-LARGE_EXACT_SHARE = 0.3
+ENOUGH_EXACT = 0.3
+"""A start that finds an exact subset of this share is the last one."""
+
+LEAST_SQUARES_STEPS = 500
 
 MOST_ROUNDS = 5
 """Rounds of choosing points or a scale and refining on them."""
 
-SMALLEST_EXACT_SHARE = 0.04
+LOST = 0.04
 """Annealing towards an exact subset ends when less than this share of the points is within its scale."""
+
+LOCKED = 20.0
+"""The scale drops at once to this many times the median distance within it, where most are that close."""
+
+AT_NOISE = 1.5
+"""The scale has come down to the noise when it is this many times the trimmed scale of the distances."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +54,8 @@ class Annealed:
 def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) -> Primitive | FailedFit:
     """The best primitive of one kind in the normalised frame of the cloud."""
     dof = PRIMITIVES[kind].dof
-    if cloud.distinct < dof:
-        return FailedFit(f"{cloud.distinct} distinct points do not determine a {kind}, which takes {dof}")
+    if len(cloud.working) < dof:
+        return FailedFit(f"{len(cloud.working)} distinct points do not determine a {kind}, which takes {dof}")
     if cloud.flat and kind != "plane":
         return FailedFit(f"the points lie in one plane and do not determine a {kind}")
     search = cloud.working[cloud.sample[:SEARCH_POINTS]]
@@ -62,11 +71,11 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
         found = anneal(start, search, cloud.tolerance)
         if best is None or (found.exact_share, -found.cost) > (best.exact_share, -best.cost):
             best = found
-        if best.exact_share >= LARGE_EXACT_SHARE:
+        if best.exact_share >= ENOUGH_EXACT:
             break
     assert best is not None
     if criterion == "least_squares":
-        return refine(best.primitive, cloud.points, LeastSquares()).primitive
+        return least_squares(best.primitive, cloud.points)
     return polish(best.primitive, cloud)
 
 
@@ -98,24 +107,34 @@ def anneal(start: Primitive, points: Array, tolerance: float) -> Annealed:
     Source: graduated non-convexity, Black and Rangarajan, IJCV 19, 1996; Yang et al., IEEE RA-L 5, 2020.
     """
     kernel: Kernel = GemanMcClure()
-    need = max(2 * start.dof + 2, SMALLEST_EXACT_SHARE * len(points))
+    need = max(2 * start.dof + 2, LOST * len(points))
     primitive, at_noise = start, None
     distance = np.abs(primitive.signed_distance(points))
     scale = max(2.0 * float(np.median(distance)), tolerance)
     while True:
         primitive = refine(primitive, points, kernel, scale, max_iterations=2).primitive
         distance = np.abs(primitive.signed_distance(points))
-        if at_noise is None and scale < 1.5 * trimmed_scale(distance):
+        if at_noise is None and scale < AT_NOISE * trimmed_scale(distance):
             at_noise = primitive
         inside = distance[distance < scale]
         if len(inside) < need or scale <= tolerance:
             break
-        scale = max(tolerance, min(SHRINK * scale, 20.0 * float(np.median(inside))))
+        scale = max(tolerance, min(SHRINK * scale, LOCKED * float(np.median(inside))))
     exact = exact_points(distance, tolerance, start.dof)
     if exact.any():
         return Annealed(primitive, float(exact.mean()), 0.0)
     at_noise = at_noise or primitive
     return Annealed(at_noise, 0.0, log_cost(np.abs(at_noise.signed_distance(points)), 1e-3))
+
+
+def least_squares(start: Primitive, points: Array) -> Primitive | FailedFit:
+    """Plain least squares over all points, or a failure where it does not come to rest."""
+    refined = refine(start, points, LeastSquares(), max_iterations=LEAST_SQUARES_STEPS)
+    if not refined.converged:
+        return FailedFit(
+            f"least squares on a {start.kind} did not come to rest in {LEAST_SQUARES_STEPS} steps"
+        )
+    return refined.primitive
 
 
 def polish(primitive: Primitive, cloud: Cloud) -> Primitive:

@@ -32,8 +32,8 @@ class Primitive(Protocol):
     def linearize(self, points: Array) -> tuple[Array, Array]:
         """Signed distances (N,) and their derivatives (N, dof) by a step in minimal coordinates.
 
-        The coordinates turn an axis about the point of it that lies closest to the origin, so the points
-        should be centred there.
+        The coordinates turn an axis about the point of it that lies closest to the origin (a torus about
+        its centre), so the points should be centred there.
         """
         ...
 
