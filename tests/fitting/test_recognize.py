@@ -7,7 +7,7 @@ import pytest
 
 from fitting.config import Config
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
-from fitting.primitives import KINDS, Primitive, parameters
+from fitting.primitives import KINDS, Cylinder, Primitive, parameters
 from fitting.recognize import recognize
 from fitting.result import Recognition
 from synthetic.shrec import SyntheticCloud, batch
@@ -25,6 +25,16 @@ class Fixed:
     def rank(self, points: np.ndarray, normals: np.ndarray) -> Mapping[str, float]:
         weights = {kind: 0.5**place for place, kind in enumerate(self.kinds)}
         return {kind: weight / sum(weights.values()) for kind, weight in weights.items()}
+
+
+class Sure:
+    """Has hardly a doubt."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def rank(self, points: np.ndarray, normals: np.ndarray) -> Mapping[str, float]:
+        return {kind: 0.96 if kind == self.kind else 0.01 for kind in KINDS}
 
 
 def reverse_of(kind: str) -> Fixed:
@@ -135,10 +145,27 @@ def test_minimal_sets_are_fitted_when_the_kind_is_given(n: int) -> None:
     assert parameters(answer.primitive)["radius"] == pytest.approx(1.3, abs=1e-12)
 
 
-@pytest.mark.parametrize("n", [3, 4, 5, 6, 7, 8])
-def test_random_points_too_few_to_check_are_no_evidence(n: int) -> None:
+@pytest.mark.parametrize("n", [3, 4, 5, 6, 7, 8, 12, 20, 30, 60])
+def test_a_few_random_points_are_no_surface(n: int) -> None:
     answer = recognize(np.random.default_rng(n).normal(size=(n, 3)))
     assert answer.status == "no_fit"
+
+
+@examples
+def test_fifty_noisy_points_are_enough(primitive: Primitive) -> None:
+    answer = recognize(noisy(primitive, 50, 0.01))
+    assert answer.status == "fitted" and answer.primitive is not None
+    assert answer.primitive.kind == primitive.kind
+
+
+def test_a_shallow_arc_is_not_called_a_plane_at_once() -> None:
+    """The sagitta of 10 degrees is less than the noise; only the trend over the whole cloud shows it."""
+    rng = np.random.default_rng(0)
+    cylinder = Cylinder(axis=[0, 0, 1], point=[0, 0, 0], radius=1.0)
+    points = cylinder.surface(np.radians(rng.uniform(0, 10, 1500)), rng.uniform(-0.2, 0.2, 1500))
+    points += rng.normal(0.0, 0.005, points.shape)
+    answer = recognize(points, classifier=Sure("plane"))
+    assert answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == "cylinder"
 
 
 @pytest.mark.parametrize("kind", ["sphere", "cylinder", "cone", "torus"])
@@ -155,8 +182,9 @@ def test_a_cube_corner_and_a_blob_are_nothing() -> None:
     assert recognize(rng.normal(size=(500, 3))).status == "no_fit"
 
 
-def test_duplicated_points_change_nothing() -> None:
-    points = np.repeat(sample(EXAMPLES["cone"], 200), 4, axis=0)
+@pytest.mark.parametrize("sigma", [0.0, 0.01])
+def test_duplicated_points_change_nothing(sigma: float) -> None:
+    points = np.repeat(noisy(EXAMPLES["cone"], 200, sigma), 4, axis=0)
     answer = recognize(points)
     assert answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == "cone"
 
@@ -239,7 +267,10 @@ def test_fewer_points_than_every_allowed_kind_takes_is_an_error() -> None:
         ({"max_error": 0.0}, "max_error"),
         ({"max_error": float("nan")}, "max_error"),
         ({"max_error": 2.0}, "max_error"),
+        ({"max_error": "small"}, "max_error"),
         ({"seed": -1}, "seed"),
+        ({"seed": 1.5}, "seed"),
+        ({"kinds": "plane"}, "kinds"),
     ],
 )
 def test_options_out_of_range_are_named(options: dict, field: str) -> None:
