@@ -1,8 +1,21 @@
-"""Labelled point clouds on demand, like those of the SHREC 2022 benchmark."""
+"""Labelled point clouds on demand: like those of the SHREC 2022 benchmark, of a virtual scanner, of foreign
+shapes."""
 
 from synthetic.clouds import SyntheticCloud
-from synthetic.recipes import PERTURBATIONS, BenchmarkRecipe
+from synthetic.draw import cloud, clouds
+from synthetic.recipes import PERTURBATIONS, RECIPES, BenchmarkRecipe, ForeignRecipe, Recipe, ScannerRecipe
 from synthetic.shrec import batch, sample_cloud
-from synthetic.shrec import benchmark_cloud as cloud
 
-__all__ = ["PERTURBATIONS", "BenchmarkRecipe", "SyntheticCloud", "batch", "cloud", "sample_cloud"]
+__all__ = [
+    "PERTURBATIONS",
+    "RECIPES",
+    "BenchmarkRecipe",
+    "ForeignRecipe",
+    "Recipe",
+    "ScannerRecipe",
+    "SyntheticCloud",
+    "batch",
+    "cloud",
+    "clouds",
+    "sample_cloud",
+]

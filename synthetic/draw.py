@@ -1,0 +1,23 @@
+"""Any recipe's clouds: cloud `i` of a recipe depends on the recipe and on `i` only."""
+
+from collections.abc import Iterator
+
+from synthetic.clouds import SyntheticCloud
+from synthetic.foreign import foreign_cloud
+from synthetic.recipes import BenchmarkRecipe, ForeignRecipe, Recipe
+from synthetic.scanner import scanner_cloud
+from synthetic.shrec import benchmark_cloud
+
+
+def cloud(recipe: Recipe, index: int) -> SyntheticCloud:
+    """Cloud `index` of a recipe, whatever was drawn before it."""
+    if isinstance(recipe, BenchmarkRecipe):
+        return benchmark_cloud(recipe, index)
+    if isinstance(recipe, ForeignRecipe):
+        return foreign_cloud(recipe, index)
+    return scanner_cloud(recipe, index)
+
+
+def clouds(recipe: Recipe, n: int, start: int = 0) -> Iterator[SyntheticCloud]:
+    """Clouds start .. start + n - 1 of a recipe."""
+    return (cloud(recipe, index) for index in range(start, start + n))
