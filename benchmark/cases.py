@@ -26,7 +26,8 @@ class Case:
 def synthetic_cases(seed: int, n: int) -> Iterator[Case]:
     """`n` benchmark-like clouds from a seed."""
     for index, cloud in enumerate(batch(seed, n)):
-        yield Case(f"{seed}-{index}", cloud.points, cloud.primitive, cloud.perturbation)
+        if cloud.primitive is not None:  # foreign shapes have none
+            yield Case(f"{seed}-{index}", cloud.points, cloud.primitive, cloud.perturbation)
 
 
 def shrec22_cases(folder: Path) -> Iterator[Case]:
