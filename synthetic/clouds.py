@@ -22,6 +22,7 @@ class SyntheticCloud:
     family : "benchmark", "scanner" or "foreign"
     noise : standard deviation of the noise along the ray, over the points that are no outliers; None where
         there is no single one (benchmark clouds: `exact_share` and the perturbation say more)
+    correlation : distance, in rays of a scanner's grid, at which the noise is correlated by 1/e; 0: white
     outlier_share : share of the points that do not belong to the surface, mixed pixels included
     outliers : mask (N,) of those points, or None for benchmark clouds
     arc : degrees that the surface points cover: of azimuth around the axis, or around the centre as seen
@@ -39,6 +40,7 @@ class SyntheticCloud:
     exact_share: float = 0.0
     family: str = "benchmark"
     noise: float | None = None
+    correlation: float = 0.0
     outlier_share: float = 0.0
     outliers: NDArray[np.bool_] | None = None
     arc: float | None = None

@@ -1,6 +1,7 @@
 """A picture of a sample of clouds, for the eye; needs matplotlib, which only this file imports."""
 
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ MOST_DRAWN = 3000
 SURFACE, STRAY = "#14647d", "#d1495b"
 
 
-class MissingMatplotlibError(RuntimeError):
+class MissingMatplotlibError(ImportError):
     """matplotlib is not installed."""
 
     def __init__(self) -> None:
@@ -23,13 +24,18 @@ class MissingMatplotlibError(RuntimeError):
         )
 
 
+def require_matplotlib() -> None:
+    """Raise `MissingMatplotlibError` before any work is done."""
+    if find_spec("matplotlib") is None:
+        raise MissingMatplotlibError
+
+
 def draw(clouds: Sequence[SyntheticCloud], path: Path) -> None:
     """Write a grid of these clouds as an image; raises `MissingMatplotlibError`."""
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingMatplotlibError from None
+    require_matplotlib()
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     columns = min(COLUMNS, len(clouds))
     rows = -(-len(clouds) // columns)
     figure = Figure(figsize=(2.6 * columns, 2.9 * rows), dpi=110, layout="constrained")

@@ -2,9 +2,9 @@
 
 The benchmark's numbers describe the training set of SHREC 2022 (Romanengo et al., Computers & Graphics
 107, 2022, section 2.1). What the paper does not say was read off the published truth of the 46,000 training
-clouds: radii, angles, axes, positions and numbers of points, with the sizes of cylinders, cones and planes inferred
-from how far they are moved (a translation is at most three times the half-extent). No cloud of the test set
-was used.
+clouds, which lie in blocks of one perturbation type: radii, angles, axes, positions and numbers of points,
+with the sizes of cylinders, cones and planes inferred from how far they are moved (a translation is at most
+three times the half-extent). No points of any cloud were used.
 """
 
 from dataclasses import dataclass

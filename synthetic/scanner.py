@@ -13,7 +13,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from fitting.primitives import PRIMITIVES, Cone, Cylinder, Plane, Primitive, Sphere, Torus
 from synthetic.canonical import ORIGIN, TURN, Z_AXIS
 from synthetic.clouds import SyntheticCloud
 from synthetic.noise import correlated, edges, gross_outliers, rounded, sigma_weights
@@ -39,12 +39,16 @@ LINE_RATIO = Range(1.0, 3.0)
 """Distance of the scan lines over the distance of the points in a line."""
 LEAST_DEVIATION = 2e-3
 """Pieces that deviate less from a simpler kind, in extents, are drawn again by recipes that are decidable."""
+POINTS_PER_UNKNOWN = 6
+"""Such recipes give the surface at least so many points for each degree of freedom of the primitive."""
 OVERSAMPLED = 1.2
 MOST_RAYS = 12_000_000
 TRIES = 12
 
 CORRELATED_CLOUDS, CORRELATION_LENGTH = 0.3, Range(2.0, 8.0)
 """How many clouds have correlated noise, over how many rays."""
+CORRELATION_REACH = 0.08
+"""Correlation over more than this share of the grid's side would be a dent, not noise; it is shortened."""
 MIXED_CLOUDS, MIXED_SHARE, MIXED_REACH = 0.25, Range(0.1, 0.6), Range(0.02, 0.2)
 """How many clouds have mixed pixels, which share of their edge points, and how far behind, in extents."""
 MOST_MIXED = 0.1
@@ -271,6 +275,7 @@ class Sight:
     noise: float
     extent: float
     tolerable: float
+    correlation: float = 0.0
     arc: float | None = None
 
 
@@ -308,7 +313,10 @@ def see(rng: Generator, recipe: ScannerRecipe, kind: str, count: int) -> Sight:
     directions = np.concatenate([view.directions for view in views])[chosen]
     station = np.repeat(np.arange(len(views)), [len(view.ray) for view in views])[chosen]
 
-    tolerable = bearable_noise(least, count)
+    length = log_uniform(rng, CORRELATION_LENGTH) if rng.random() < CORRELATED_CLOUDS else 0.0
+    length = min(length, *(CORRELATION_REACH * min(view.rows, view.columns) for view in views))
+    length = length if length > 1.0 else 0.0
+    tolerable = bearable_noise(least, count / (1.0 + np.pi / 2 * length**2))
     noise = 0.0 if rng.random() < recipe.noiseless else extent * log_uniform(rng, recipe.noise)
     if recipe.decidable:
         noise = min(noise, tolerable)
@@ -316,7 +324,6 @@ def see(rng: Generator, recipe: ScannerRecipe, kind: str, count: int) -> Sight:
         np.concatenate([view.distance for view in views])[chosen],
         np.concatenate([view.cosine for view in views])[chosen],
     )
-    length = log_uniform(rng, CORRELATION_LENGTH) if rng.random() < CORRELATED_CLOUDS else 0.0
     fields = [correlated(rng, view.rows, view.columns, length).ravel()[view.ray] for view in views]
     along = noise * weights * np.concatenate(fields)[chosen]
 
@@ -338,6 +345,7 @@ def see(rng: Generator, recipe: ScannerRecipe, kind: str, count: int) -> Sight:
         noise,
         extent,
         tolerable,
+        length,
         arc_of(patch, clean),
     )
 
@@ -391,6 +399,8 @@ def scanner_cloud(recipe: ScannerRecipe, index: int) -> SyntheticCloud:
     rng = np.random.default_rng([recipe.seed, index, 1])
     kind = recipe.kinds[index % len(recipe.kinds)]
     count, strays = counts(rng, recipe)
+    if recipe.decidable:
+        count = max(count, POINTS_PER_UNKNOWN * PRIMITIVES[kind].dof)
     return deliver(rng, recipe.size, see(rng, recipe, kind, count), strays)
 
 
@@ -436,6 +446,7 @@ def deliver(
         noise=scale * sight.noise,
         outlier_share=float(np.mean(outliers)),
         outliers=outliers[order],
+        correlation=sight.correlation,
         arc=sight.arc,
         step=step_taken,
         stations=stations + translation,

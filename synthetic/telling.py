@@ -59,6 +59,6 @@ def deviation(patch: Patch, points: Array) -> float:
     return least
 
 
-def bearable_noise(least: float, count: int) -> float:
+def bearable_noise(least: float, count: float) -> float:
     """The standard deviation of the noise of `count` points from which a deviation can still be told."""
     return least / (CERTAIN + MANY / np.sqrt(count))
