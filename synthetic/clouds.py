@@ -25,8 +25,8 @@ class SyntheticCloud:
     correlation : distance, in rays of a scanner's grid, at which the noise is correlated by 1/e; 0: white
     outlier_share : share of the points that do not belong to the surface, mixed pixels included
     outliers : mask (N,) of those points, or None for benchmark clouds
-    arc : degrees that the surface points cover: of azimuth around the axis, or around the centre as seen
-        from it for a sphere; None for planes, foreign shapes and benchmark clouds
+    arc : degrees that the surface points cover: of azimuth around the axis, or of a cap of a sphere; None
+        for planes, foreign shapes and benchmark clouds
     step : distance between two values that a coordinate can take, 0 where it is not rounded
     stations : positions (S, 3) of the scanner, or None
     station : which of them saw each point, (N,), or None

@@ -149,14 +149,17 @@ def seen(rng: Generator, shape: str, count: int) -> Seen:
 def facing(rng: Generator, points: Array, normals: Array, front: Array) -> Seen:
     """What one to three stations see of these points; each point is seen by one of those that it faces.
 
-    The first station stands towards `front` (in the signs of the mean normal), so that it sees what makes the
-    shape foreign, or towards the normal of a random point where `front` is 0.
+    All stations stand about `front` (in the signs of the mean normal) where it is not 0, so that they see
+    what makes the shape foreign; else the first stands about the normal of a random point.
     """
     radius = np.linalg.norm(points, axis=1).max()
     ways = directions(rng, int(rng.integers(1, STATIONS, endpoint=True)))
     front = front * np.where(normals.mean(axis=0) < 0.0, -1.0, 1.0)
-    ways[0] = 0.5 * ways[0] + (front if front.any() else normals[rng.integers(len(normals))])
-    ways[0] /= np.linalg.norm(ways[0])
+    if front.any():
+        ways = 0.25 * ways + front
+    else:
+        ways[0] = 0.5 * ways[0] + normals[rng.integers(len(normals))]
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     stations = radius * log_uniform(rng, STANDOFF) * ways
     rays = points - stations[:, None]
     distances = np.linalg.norm(rays, axis=2)
@@ -202,7 +205,7 @@ def piece(rng: Generator, count: int) -> Seen:
 
 
 ONES = np.ones(3)
-FRONTS = {"corner": ONES / np.sqrt(3.0), "capped_cylinder": np.array([0.8, 0.0, 0.6])}
+FRONTS = {"corner": ONES / np.sqrt(3.0), "capped_cylinder": np.array([0.6, 0.0, 0.8])}
 SURFACES: dict[str, Callable[[Generator, int], Surface]] = {
     "ellipsoid": ellipsoid,
     "corner": corner,

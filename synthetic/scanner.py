@@ -351,13 +351,16 @@ def see(rng: Generator, recipe: ScannerRecipe, kind: str, count: int) -> Sight:
 
 
 def arc_of(patch: Patch, points: Array) -> float | None:
-    """Degrees that points on the surface cover: all but the largest gap in azimuth, or a sphere's cap."""
+    """Degrees that points on the surface cover: all but the largest gap in azimuth, or a cap that holds them.
+
+    Of a sphere's caps the smaller of those about the piece's pole and about the points' mean direction.
+    """
     if isinstance(patch.primitive, Plane):
         return None
     if isinstance(patch.primitive, Sphere):
         middle = points.mean(axis=0)
-        cosine = points @ middle / np.linalg.norm(middle)
-        return float(2 * np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0))))
+        cosine = points @ np.column_stack([Z_AXIS, middle / np.linalg.norm(middle)])
+        return float(2 * np.degrees(np.arccos(np.clip(cosine.min(axis=0).max(), -1.0, 1.0))))
     azimuth = np.sort(np.arctan2(points[:, 1], points[:, 0]))
     gaps = np.diff(azimuth, append=azimuth[0] + TURN)
     return float(np.degrees(TURN - gaps.max()))
