@@ -16,8 +16,8 @@ from synthetic.recipes import NoiseLaw, Range
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-NOISY_SHARE = Range(0.0, 0.8)
-"""Share of the points that noise is added to: real clouds keep at least a fifth of their points exact."""
+NOISY_SHARE = Range(0.3, 0.8)
+"""Share of the points that noise is added to; the others stay exact."""
 REMOVED_SHARE = Range(0.5, 0.8)
 MISSING_RADIUS = Range(0.01, 0.08)
 BUMP_WIDTH = Range(0.02, 0.05)
