@@ -1,8 +1,8 @@
 """Does a primitive explain a cloud, and which of two explains it better?
 
-A surface explains a cloud when what is left over looks like the cloud's own noise. That noise is seen
-between neighbours: where a shape is wrong, neighbouring residuals agree with each other, and the
-residuals scatter far more over the cloud than from one neighbour to the next.
+A surface explains a cloud when what is left over looks like noise. Where a shape is wrong, the residuals of
+whole patches of the cloud lean to one side; noise does not, even if it is correlated from one point of a
+scan to the next.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ SMALLEST_INLIER_SHARE = 0.5
 """Share of the points that must be near a surface, plus what it may choose: twice its parameters."""
 
 LARGEST_STRUCTURE = 0.3
-"""Largest correlation of neighbouring residuals of a surface that explains a cloud."""
+"""Largest share of variance between patches that a surface which explains a cloud leaves."""
 
 LARGEST_BIASED_STRUCTURE = 0.6
 """The same beside exact points: noise with a mean, as the benchmark has it, reaches 0.4 there."""
@@ -40,7 +40,7 @@ Less, by four times its parameters, for a surface that has few points to hug. Tw
 beside a few exact points, and any noise beside many."""
 
 CLEAR_STRUCTURE = 0.15
-"""A correlation below this leaves no doubt about the kind if the classifier has none, either ..."""
+"""A share and a correlation below this leave no doubt if the classifier has none, either ..."""
 
 CLEAR_TREND = 4.0
 """... and a trend of the residuals within this many standard deviations of what noise alone shows."""
@@ -54,9 +54,10 @@ SAFE_EXACT_SHARE = 0.5
 LARGEST_DEFORMATION = 0.05
 """Rejected points of an otherwise exact surface may be structured if they are this close, in diagonals."""
 
-FEWEST_POINTS = 12
+PATCHES = 16
+FEWEST_POINTS = 2 * PATCHES
 CLOSE_NEIGHBOURS = 3
-"""Structure is looked for among at least so many points, and so many neighbours of each."""
+"""Structure is looked for between so many patches of at least two points, and among so many neighbours."""
 
 EQUAL_SHARES = 0.1
 """Exact shares that differ by less than this, relatively, are equal."""
@@ -76,8 +77,10 @@ class Evidence:
     exact : (M,) mask of the points on the surface within the rounding
     inlier : (M,) mask of the points not rejected as outliers
     noise_scale : standard deviation of the inliers that are not exact
-    structure : correlation of the residuals of neighbouring inliers, 0 for independent noise
-    trend : how far the residuals follow a quadratic in space, in standard deviations of pure noise
+    structure : share of the variance of the inliers' residuals that is between patches of the cloud, or
+        follows a quadratic in space
+    correlation : of the residuals of neighbouring inliers, 0 for independent noise
+    trend : how far they follow that quadratic, in standard deviations of what pure noise shows
     """
 
     primitive: Primitive
@@ -86,6 +89,7 @@ class Evidence:
     inlier: np.ndarray
     noise_scale: float
     structure: float
+    correlation: float
     trend: float
 
     @classmethod
@@ -96,19 +100,20 @@ class Evidence:
         if cloud.is_small(primitive.dof):
             noise = float(np.sqrt(np.sum(absolute**2) / max(len(absolute) - primitive.dof, 1)))
             everything = np.ones_like(exact)
-            return cls(primitive, distance, exact, everything, 0.0 if exact.all() else noise, 0.0, 0.0)
+            return cls(primitive, distance, exact, everything, 0.0 if exact.all() else noise, 0.0, 0.0, 0.0)
         noise_scale = 0.0 if exact.all() else trimmed_scale(absolute[~exact])
         if not exact.any():
             noise_scale *= np.sqrt(len(absolute) / (len(absolute) - primitive.dof))
         nearby = SMALL_DEFORMATION * cloud.diagonal if exact.any() else cloud.tolerance
         inlier = exact | (absolute <= max(OUTLIER * noise_scale, nearby))
         seen = cloud.sample[(inlier & ~exact)[cloud.sample]]
-        structure = trend = 0.0
+        structure = correlation = trend = 0.0
         if len(seen) >= FEWEST_POINTS:
             points, residual = cloud.working[seen], distance[seen]
             feet = points - residual[:, None] * primitive.gradient(points)
-            structure, trend = _structure(feet, residual), _trend(primitive, feet, residual)
-        return cls(primitive, distance, exact, inlier, noise_scale, structure, trend)
+            share, trend = _trend(primitive, feet, residual)
+            structure, correlation = max(_structure(feet, residual), share), _correlation(feet, residual)
+        return cls(primitive, distance, exact, inlier, noise_scale, structure, correlation, trend)
 
     @property
     def exact_share(self) -> float:
@@ -197,7 +202,11 @@ def _by_noise(evidence: Evidence, diagonal: float, sure: bool) -> Verdict:
     most = LARGEST_SCATTER * max(1.0 - 4.0 * evidence.primitive.dof / len(evidence.distance), 0.25)
     if evidence.noise_scale > most * diagonal:
         return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {most:.2e})")
-    clear = sure and evidence.structure <= CLEAR_STRUCTURE and evidence.trend <= CLEAR_TREND
+    clear = (
+        sure
+        and max(evidence.structure, evidence.correlation) <= CLEAR_STRUCTURE
+        and evidence.trend <= CLEAR_TREND
+    )
     return Verdict(Standing.CERTAIN if clear else Standing.ACCEPTABLE, spread)
 
 
@@ -205,7 +214,7 @@ def _spread(evidence: Evidence, diagonal: float) -> str:
     ratio = 1.0 / np.sqrt(max(1.0 - evidence.structure, 1e-9))
     return (
         f"residuals scatter by {evidence.noise_scale / diagonal:.2e} of the diagonal, "
-        f"{ratio:.2f} times the noise between neighbours"
+        f"{ratio:.2f} times the noise within a patch"
     )
 
 
@@ -213,7 +222,8 @@ def better(a: Evidence, b: Evidence, tolerance: float) -> float:
     """How much better `a` explains the cloud than `b`: a difference in BIC, negative where `b` is better.
 
     Where either has exact points, the share of them decides and the simpler kind wins among equal shares.
-    Otherwise Gaussian BIC on the inliers of the surface with the smaller noise.
+    Otherwise Gaussian BIC on the inliers of the surface with the smaller noise, with the number of points
+    that their correlation leaves.
     Source: Schwarz, "Estimating the dimension of a model", Annals of Statistics 6, 1978.
     """
     if a.exact.any() or b.exact.any():
@@ -221,9 +231,20 @@ def better(a: Evidence, b: Evidence, tolerance: float) -> float:
             return np.inf if a.exact_share > b.exact_share else -np.inf
         return np.inf if a.primitive.dof < b.primitive.dof else -np.inf
     common = a.inlier if a.noise_scale < b.noise_scale else b.inlier
-    n = int(common.sum())
+    n = int(common.sum()) / _points_alike(min(a.correlation, b.correlation))
     mean_a, mean_b = (float(np.mean(e.distance[common] ** 2)) + tolerance**2 for e in (a, b))
     return n * float(np.log(mean_b / mean_a)) + (b.primitive.dof - a.primitive.dof) * float(np.log(n))
+
+
+def _points_alike(correlation: float) -> float:
+    """How many points share one piece of information where neighbours are correlated; 1 for independent ones.
+
+    The integral of an exponential correlation over the surface, in units of the points' spacing; the number
+    of points over it is the effective one. Source: Cressie, "Statistics for spatial data", 1993, section 1.3.
+    """
+    if correlation <= 0.0:
+        return 1.0
+    return 1.0 + 2.0 * np.pi / np.log(min(correlation, 0.9)) ** 2
 
 
 def summarize(
@@ -245,23 +266,51 @@ def summarize(
 
 
 def _structure(feet: Array, residual: Array) -> float:
-    """Correlation of the residuals of points whose feet on the surface are neighbours.
+    """Share of the variance of the residuals that is between patches, less what noise alone would show.
 
-    Neighbours are looked for among the feet, not among the points: of noisy points the closest ones are
-    those that happen to be displaced alike. Magnitudes are looked at as well as signed residuals, because
-    two sheets of a cloud on either side of a surface have feet that mix.
+    Patches are made of the feet of the points on the surface, not of the points: noisy points that lie close
+    together are those that happen to be displaced alike. Magnitudes are looked at as well as signed
+    residuals, because two sheets of a cloud on either side of a surface have feet that mix.
     """
+    patches = _patches(feet)
+    return max(_between(residual[patches]), _between(np.abs(residual)[patches]))
+
+
+def _patches(feet: Array) -> np.ndarray:
+    """Indices (PATCHES, n) of patches of equal size: halves along the widest axis, again and again."""
+    patches = [np.arange(len(feet))]
+    while len(patches) < PATCHES:
+        halves = []
+        for patch in patches:
+            order = patch[np.argsort(feet[patch, np.argmax(np.ptp(feet[patch], axis=0))], kind="stable")]
+            halves += [order[: len(order) // 2], order[(len(order) + 1) // 2 :]]
+        patches = halves
+    shortest = min(len(patch) for patch in patches)
+    return np.array([patch[:shortest] for patch in patches])
+
+
+def _between(values: Array) -> float:
+    """Adjusted share of variance between the rows of (k, n): 0 for noise, 1 where each row is constant."""
+    k, n = values.shape
+    within = float(np.sum((values - values.mean(axis=1, keepdims=True)) ** 2)) / (k * (n - 1))
+    total = float(np.sum((values - values.mean()) ** 2)) / (k * n - 1)
+    return 1.0 - within / total if total > 0.0 else 0.0
+
+
+def _correlation(feet: Array, residual: Array) -> float:
+    """Correlation of the residuals of points whose feet on the surface are neighbours."""
     neighbours = cKDTree(feet).query(feet, k=1 + CLOSE_NEIGHBOURS)[1][:, 1:]
-    magnitude = np.abs(residual) - np.abs(residual).mean()
-    return max(_correlation(residual, neighbours), _correlation(magnitude, neighbours))
+    first, second = residual[:, None], residual[neighbours]
+    power = float(np.mean(first**2 + second**2)) / 2.0
+    return float(np.mean(first * second)) / power if power > 0.0 else 0.0
 
 
-def _trend(primitive: Primitive, feet: Array, residual: Array) -> float:
+def _trend(primitive: Primitive, feet: Array, residual: Array) -> tuple[float, float]:
     """How much a quadratic in space explains of the residuals, beyond the fit's own parameters.
 
-    The sum of squares that it explains follows chi^2 under independent noise; returned is its excess over
-    the mean in standard deviations. It sees what spans the whole cloud, such as the curvature of a shallow
-    arc, which neighbours cannot tell from noise.
+    It sees what spans the whole cloud, such as the curvature of a shallow arc, which neighbours cannot tell
+    from noise. Returned are the share of the sum of squares that it explains, and the excess of that sum
+    over its mean under independent noise, where it follows chi^2, in standard deviations.
     """
     x, y, z = feet.T
     quadratic = np.stack([np.ones_like(x), x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], axis=1)
@@ -270,11 +319,6 @@ def _trend(primitive: Primitive, feet: Array, residual: Array) -> float:
     beyond = beyond[:, sizes > 1e-6 * np.sqrt(len(feet))]
     terms, variance = beyond.shape[1], float(np.mean(residual**2))
     if terms == 0 or variance == 0.0:
-        return 0.0
-    return (float(np.sum((beyond.T @ residual) ** 2)) / variance - terms) / float(np.sqrt(2.0 * terms))
-
-
-def _correlation(values: Array, neighbours: np.ndarray) -> float:
-    first, second = values[:, None], values[neighbours]
-    power = float(np.mean(first**2 + second**2)) / 2.0
-    return float(np.mean(first * second)) / power if power > 0.0 else 0.0
+        return 0.0, 0.0
+    explained = float(np.sum((beyond.T @ residual) ** 2)) / variance
+    return explained / len(residual), (explained - terms) / float(np.sqrt(2.0 * terms))

@@ -62,15 +62,15 @@ def trimmed_scale(distance: Array) -> float:
 def exact_points(distance: Array, tolerance: float, dof: int) -> np.ndarray:
     """Mask (N,) of the points that lie on the surface as exactly as the coordinates can say.
 
-    Empty where that many could lie there by accident: unless it is all of them, there must be more than
-    twice the points that determine the surface, `LEAST_EXACT` of the cloud, and five times what the density
-    of points between one and ten tolerances lets expect.
+    Empty where that many could lie there by accident: unless it is all of them, there must be at least
+    four times the points that determine the surface, `LEAST_EXACT` of the cloud, and five times what the
+    density of points between one and ten tolerances lets expect.
     """
     mask = distance <= tolerance
     if mask.all():
         return mask
     count = int(mask.sum())
     nearby = int((distance <= 10.0 * tolerance).sum()) - count
-    if count >= max(2 * dof + 2, LEAST_EXACT * len(distance)) and count > 5.0 * nearby / 9.0:
+    if count >= max(4 * dof, LEAST_EXACT * len(distance)) and count > 5.0 * nearby / 9.0:
         return mask
     return np.zeros_like(mask)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.cloud import Cloud
-from fitting.geometry import Array
+from fitting.geometry import TINY, Array
 from fitting.kernels import GemanMcClure, Kernel, LeastSquares, Tukey
 from fitting.noise import exact_points, trimmed_scale
 from fitting.primitives import PRIMITIVES, Primitive
@@ -18,14 +18,18 @@ GUESS_POINTS = 160
 SEARCH_POINTS = 512
 """Points that the annealing runs on."""
 
-STARTS = 4
-"""Starts that are annealed, unless an earlier one already finds a large exact subset."""
+SETTLED_STARTS = 16
+STARTS = 5
+"""Unless the best start finds a large exact subset, so many others are stepped on, and so many annealed."""
+
+SAME_END = 0.03
+"""Starts whose distances differ by less than this, relatively, have come to the same end."""
 
 SHRINK = 0.7
 """Factor between the kernel scales of one step and the next."""
 
 ENOUGH_EXACT = 0.3
-"""A start that finds an exact subset of this share is the last one."""
+"""If the best start finds an exact subset of this share, no other is annealed."""
 
 LEAST_SQUARES_STEPS = 500
 
@@ -48,7 +52,6 @@ class Annealed:
 
     primitive: Primitive
     exact_share: float
-    cost: float
 
 
 def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) -> Primitive | FailedFit:
@@ -66,14 +69,10 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
         return min(
             (refine(start, cloud.points) for start in starts), key=lambda refined: refined.cost
         ).primitive
-    best: Annealed | None = None
-    for start in starts[:STARTS]:
-        found = anneal(start, search, cloud.tolerance)
-        if best is None or (found.exact_share, -found.cost) > (best.exact_share, -best.cost):
-            best = found
-        if best.exact_share >= ENOUGH_EXACT:
-            break
-    assert best is not None
+    best = anneal(starts[0], search, cloud.tolerance)
+    if best.exact_share < ENOUGH_EXACT:
+        others = [anneal(start, search, cloud.tolerance) for start in distinct_starts(starts, cloud)]
+        best = best_of([best, *others], search)
     if criterion == "least_squares":
         return least_squares(best.primitive, cloud.points)
     return polish(best.primitive, cloud)
@@ -82,18 +81,34 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
 def ranked_starts(kind: str, cloud: Cloud, rng: np.random.Generator) -> list[Primitive]:
     """Initial guesses after two robust steps each, the best first."""
     points = cloud.working[cloud.sample[:GUESS_POINTS]]
-    starts = []
-    for guess in PRIMITIVES[kind].initial_guesses(points, cloud.normals[:GUESS_POINTS], rng):
-        distance = np.abs(guess.signed_distance(points))
-        scale = 2.0 * float(np.median(distance))
-        if not np.isfinite(scale):
-            continue
-        better = refine(
-            guess, points, GemanMcClure(), max(scale, cloud.tolerance), max_iterations=2
-        ).primitive
-        starts.append((log_cost(np.abs(better.signed_distance(points)), 1e-3), better))
-    starts.sort(key=lambda start: start[0])
-    return [start for _, start in starts]
+    guesses = PRIMITIVES[kind].initial_guesses(points, cloud.normals[:GUESS_POINTS], rng)
+    return [start for _, start in _stepped(guesses, points, cloud.tolerance, iterations=2)]
+
+
+def distinct_starts(starts: list[Primitive], cloud: Cloud) -> list[Primitive]:
+    """Of the better starts, after some more steps, the best few that have not come to the same end."""
+    points = cloud.working[cloud.sample[:GUESS_POINTS]]
+    chosen: list[Primitive] = []
+    ends: list[Array] = []
+    for _, start in _stepped(starts[:SETTLED_STARTS], points, cloud.tolerance, iterations=8):
+        end = np.abs(start.signed_distance(points))
+        if all(np.linalg.norm(end - other) > SAME_END * np.linalg.norm(other) for other in ends):
+            chosen.append(start)
+            ends.append(end)
+    return chosen[:STARTS]
+
+
+def _stepped(
+    starts: list[Primitive], points: Array, tolerance: float, iterations: int
+) -> list[tuple[float, Primitive]]:
+    """The starts after some robust steps at twice their median distance, with their costs, the best first."""
+    stepped = []
+    for start in starts:
+        scale = 2.0 * float(np.median(np.abs(start.signed_distance(points))))
+        if np.isfinite(scale):
+            better = refine(start, points, GemanMcClure(), max(scale, tolerance), iterations).primitive
+            stepped.append((log_cost(np.abs(better.signed_distance(points)), 1e-3), better))
+    return sorted(stepped, key=lambda pair: pair[0])
 
 
 def log_cost(distance: Array, smallest: float) -> float:
@@ -122,9 +137,19 @@ def anneal(start: Primitive, points: Array, tolerance: float) -> Annealed:
         scale = max(tolerance, min(SHRINK * scale, LOCKED * float(np.median(inside))))
     exact = exact_points(distance, tolerance, start.dof)
     if exact.any():
-        return Annealed(primitive, float(exact.mean()), 0.0)
-    at_noise = at_noise or primitive
-    return Annealed(at_noise, 0.0, log_cost(np.abs(at_noise.signed_distance(points)), 1e-3))
+        return Annealed(primitive, float(exact.mean()))
+    return Annealed(at_noise or primitive, 0.0)
+
+
+def best_of(ends: list[Annealed], points: Array) -> Annealed:
+    """The end with the largest exact subset, or else with the least robust cost at one common scale."""
+    best = max(ends, key=lambda end: end.exact_share)
+    if best.exact_share > 0.0:
+        return best
+    squared = [end.primitive.signed_distance(points) ** 2 for end in ends]
+    scale2 = max(min(float(np.median(each)) for each in squared), TINY)
+    kernel = Tukey()
+    return ends[int(np.argmin([kernel.rho(each / scale2).sum() for each in squared]))]
 
 
 def least_squares(start: Primitive, points: Array) -> Primitive | FailedFit:
