@@ -46,13 +46,16 @@ def listen(host: str, port: int) -> socket.socket:
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        return socket.create_server((host, port), family=family, backlog=2048)
+        listener = socket.create_server((host, port), family=family, backlog=2048)
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             raise ListenError(
                 f"port {port} on {host} is in use; choose another (--port, or PORT= with make run)"
             ) from error
         raise ListenError(f"cannot listen on {host} port {port}: {error.strerror or error}") from error
+    # Its connections inherit this. Without, a body waits 40 ms until its header is acknowledged.
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return listener
 
 
 def _is_no_probe(record: logging.LogRecord) -> bool:
