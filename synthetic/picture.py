@@ -69,7 +69,7 @@ def _draw_cloud(axes: Any, cloud: SyntheticCloud, rng: np.random.Generator) -> N
     chosen = rng.permutation(len(cloud.points))[:MOST_DRAWN]
     shown = (cloud.points[chosen] - center) / half
     size = 1.5 if len(chosen) > 1000 else 4.0 if len(chosen) > 150 else 10.0
-    inside = np.abs(shown).max(axis=1) < 1.3
+    inside = np.abs(shown).max(axis=1) < 1.15
     for mask, color, label in ((~outliers[chosen], SURFACE, 1), (outliers[chosen], STRAY, 2)):
         axes.scatter(*shown[mask & inside].T, s=size, c=color, linewidths=0, zorder=label, depthshade=False)
     if cloud.stations is not None:
