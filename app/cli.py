@@ -34,11 +34,14 @@ Kinds = Annotated[
     list[Kind] | None, typer.Option("--kind", help="Allow this kind (repeatable); all of them by default.")
 ]
 Classifier = Annotated[
-    Literal["knn", "none"], typer.Option(help="Who ranks the kinds; with 'none' all are tried.")
+    Literal["knn", "none"] | None,
+    typer.Option(help="Who ranks the kinds; with 'none' all are tried.", show_default="knn"),
 ]
 Criterion = Annotated[
-    Literal["robust", "least_squares"],
-    typer.Option(help="'robust' rejects outliers; 'least_squares' counts every point alike."),
+    Literal["robust", "least_squares"] | None,
+    typer.Option(
+        help="'robust' rejects outliers; 'least_squares' counts every point alike.", show_default="robust"
+    ),
 ]
 MaxError = Annotated[
     float | None,
@@ -47,7 +50,7 @@ MaxError = Annotated[
         "by default it follows from the noise of the cloud."
     ),
 ]
-Seed = Annotated[int, typer.Option(help="Seed of every random choice.")]
+Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", show_default="0")]
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -76,16 +79,17 @@ def _primfit(
 @app.command()
 def fit(
     files: Annotated[
-        list[str], typer.Argument(metavar="FILE...", help="CSV, XYZ, TXT, NPY or PLY; '-' is standard input.")
+        list[str],
+        typer.Argument(metavar="FILE...", help="CSV, XYZ, TXT, NPY, PLY or JSON; '-' is standard input."),
     ],
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON object a line a file: the answer of POST /fit.")
     ] = False,
     kind: Kinds = None,
-    classifier: Classifier = "knn",
-    criterion: Criterion = "robust",
+    classifier: Classifier = None,
+    criterion: Criterion = None,
     max_error: MaxError = None,
-    seed: Seed = 0,
+    seed: Seed = None,
 ) -> None:
     """Recognise and fit the cloud in each FILE.
 
@@ -133,10 +137,10 @@ def batch(
         ),
     ] = os.cpu_count() or 1,
     kind: Kinds = None,
-    classifier: Classifier = "knn",
-    criterion: Criterion = "robust",
+    classifier: Classifier = None,
+    criterion: Criterion = None,
     max_error: MaxError = None,
-    seed: Seed = 0,
+    seed: Seed = None,
 ) -> None:
     """Recognise and fit many clouds; the answer of each goes into a file of its own.
 
@@ -217,29 +221,25 @@ def _installed(command: str) -> Callable[..., str]:
 
 def _options(
     kind: list[Kind] | None,
-    classifier: str,
-    criterion: Literal["robust", "least_squares"],
+    classifier: str | None,
+    criterion: Literal["robust", "least_squares"] | None,
     max_error: float | None,
-    seed: int,
+    seed: int | None,
 ) -> dict[str, Any]:
-    """The options as the engine takes them, checked before the first file is read."""
+    """The options that were given, as the engine takes them, checked before the first file is read."""
     from fitting.config import Config
     from fitting.errors import InvalidOptionError
-    from fitting.primitives import KINDS
 
-    kinds = tuple(dict.fromkeys(str(k) for k in kind)) if kind else KINDS
+    given = {"criterion": criterion, "max_error": max_error, "seed": seed}
+    options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if kind:
+        options["kinds"] = list(dict.fromkeys(str(k) for k in kind))
     try:
-        Config(kinds, criterion, max_error, seed)
+        Config(**options)
     except InvalidOptionError as error:
         _complain("--" + error.field.replace("_", "-"), str(error))
         raise typer.Exit(BAD_INPUT) from None
-    return {
-        "kinds": kinds,
-        "classifier": classifier,
-        "criterion": criterion,
-        "max_error": max_error,
-        "seed": seed,
-    }
+    return options if classifier is None else options | {"classifier": classifier}
 
 
 def _complain(subject: str, message: str) -> None:

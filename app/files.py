@@ -13,8 +13,8 @@ from typing import Any
 
 from app.answer import answer
 from app.engine import fit
-from app.readers import UnreadableFileError, read
-from fitting.errors import InvalidPointCloudError
+from app.readers import Cloud, UnreadableFileError, read
+from fitting.errors import InvalidOptionError, InvalidPointCloudError
 
 STDIN = "-"
 
@@ -29,19 +29,38 @@ class Problem:
 
 
 def answer_file(name: str, options: Mapping[str, Any]) -> dict[str, Any] | Problem:
-    """The body of `POST /fit` for a file, or what is wrong with it; `options` are those of `engine.fit`."""
+    """The body of `POST /fit` for a file, or what is wrong with it.
+
+    `options` are those of `engine.fit` that were given beside the file.
+    """
     try:
         data = sys.stdin.buffer.read() if name == STDIN else Path(name).read_bytes()
         cloud = read(data)
-        return answer(fit(cloud.points, normals=cloud.normals, **options), cloud, options)
+        used = _with_options_of(cloud, options)
+        return answer(fit(cloud.points, normals=cloud.normals, **used), cloud, used)
     except OSError as error:
         return Problem(name, error.strerror or str(error))
     except UnreadableFileError as error:
         return Problem(name, f"{error.field}: {error.message}")
-    except InvalidPointCloudError as error:
+    except (InvalidPointCloudError, InvalidOptionError) as error:
         return Problem(name, str(error))
     except Exception as error:  # one file must not cost the others their answers
         return Problem(name, f"internal error, please report it: {error!r}", exit_status=1)
+
+
+def _with_options_of(cloud: Cloud, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The options given, and those in the file: JSON may hold some, as the body of `POST /fit` does."""
+    if not cloud.options:
+        return dict(given)
+    # Imported here, because few files hold options and the check brings half of the service along.
+    from app.options import check_options
+    from app.problems import InvalidOptionsError
+
+    try:
+        return check_options((), given, cloud.options)
+    except InvalidOptionsError as error:
+        bad = error.errors[0]
+        raise UnreadableFileError(bad.field, bad.message) from None
 
 
 def answer_files(

@@ -1,7 +1,7 @@
 """What a worker process does with one request: read, fit, and write the body of the response."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
@@ -63,31 +63,22 @@ def run(job: FitJob) -> Reply:
 def _fit(job: FitJob) -> Reply:
     started = perf_counter()
     body = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
-    cloud, in_body = _READ.get(job.media_type, _read_raw)(body, job)
-    options = check_options(job.query, in_body)
+    cloud, beside = _read(body, job)
+    options = check_options(job.query, beside, cloud.options)
     read_at = perf_counter()
     content = answer(fit(cloud.points, normals=cloud.normals, **options), cloud, options)
     seconds = {"read": read_at - started, "fit": perf_counter() - read_at}
     return Reply(200, to_json(content), seconds=seconds)
 
 
-def _read_raw(body: bytes, job: FitJob) -> tuple[Cloud, dict[str, Any]]:
-    return read(body, job.max_points, job.max_json_points), {}
-
-
-def _read_json(body: bytes, job: FitJob) -> tuple[Cloud, dict[str, Any]]:
-    return read_json(memoryview(body), job.max_json_points)
-
-
-def _read_multipart(body: bytes, job: FitJob) -> tuple[Cloud, dict[str, Any]]:
-    parts = split_parts(body, job.content_type)
+def _read(body: bytes, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:
+    """The cloud, and the options that an upload holds beside it."""
+    if job.media_type == "application/json":
+        return read_json(memoryview(body), job.max_json_points), {}
+    parts: Mapping[str, bytes | memoryview] = {"file": body}
+    if job.media_type == "multipart/form-data":
+        parts = split_parts(body, job.content_type)
     if "file" not in parts:
         raise UnreadableFileError("file", "part file is missing", "missing")
-    options = parse_options(parts["options"]) if "options" in parts else {}
-    return read(parts["file"], job.max_points, job.max_json_points), options
-
-
-_READ: dict[str, Callable[[bytes, FitJob], tuple[Cloud, dict[str, Any]]]] = {
-    "application/json": _read_json,
-    "multipart/form-data": _read_multipart,
-}
+    beside = parse_options(parts["options"]) if "options" in parts else {}
+    return read(parts["file"], job.max_points, job.max_json_points), beside

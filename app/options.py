@@ -1,5 +1,6 @@
 """Options from a JSON object or a query string, checked and with every mistake named."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,8 +15,19 @@ ALLOWED = tuple(FitOptions.model_fields)
 _TEXT_LIMIT = 64 * 1024
 
 
-def check_options(in_query: Sequence[tuple[str, str]], in_body: Mapping[str, Any]) -> dict[str, Any]:
-    """The keyword options of `engine.fit`; each is given in one place, and only `kinds` may be repeated."""
+def check_options(in_query: Sequence[tuple[str, str]], *in_objects: Mapping[str, Any]) -> dict[str, Any]:
+    """The keyword options of `engine.fit`; each is given in one place, and only `kinds` may be repeated.
+
+    Parameters
+    ----------
+    in_query : names and values as they stand in a URL
+    in_objects : objects of options, as in JSON: beside a file and in it
+
+    Raises
+    ------
+    InvalidOptionsError
+        Options are unknown, of the wrong type, out of range, or given twice.
+    """
     query: dict[str, Any] = {}
     errors: list[FieldError] = []
     for name, value in in_query:
@@ -25,9 +37,12 @@ def check_options(in_query: Sequence[tuple[str, str]], in_body: Mapping[str, Any
             errors.append(FieldError(name, "given more than once"))
         else:
             query[name] = value
-    errors += [FieldError(f"options.{name}", "given in the query too") for name in in_body if name in query]
+    places = Counter(name for given in (query, *in_objects) for name in given)
+    errors += [
+        FieldError(f"options.{name}", "given in two places; keep one") for name in places if places[name] > 1
+    ]
     checked: dict[str, Any] = {}
-    for prefix, given, strict in (("", query, False), ("options.", in_body, True)):
+    for prefix, given, strict in (("", query, False), *(("options.", given, True) for given in in_objects)):
         try:
             checked |= FitOptions.model_validate(given, strict=strict).model_dump(exclude_unset=True)
         except ValidationError as error:
@@ -37,7 +52,7 @@ def check_options(in_query: Sequence[tuple[str, str]], in_body: Mapping[str, Any
     return checked
 
 
-def parse_options(text: memoryview) -> dict[str, Any]:
+def parse_options(text: bytes | memoryview) -> dict[str, Any]:
     """The JSON text of the part `options`."""
     if len(text) > _TEXT_LIMIT:
         raise UnreadableFileError("options", "options are over 64 KiB long", f"{len(text)} bytes")

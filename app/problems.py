@@ -62,7 +62,7 @@ class InvalidOptionsError(ValueError):
     """Options that are unknown, of the wrong type, or given twice."""
 
     def __init__(self, errors: Sequence[FieldError]) -> None:
-        super().__init__(f"{len(errors)} options are not valid")
+        super().__init__(f"options that are not valid: {len(errors)}")
         self.errors = tuple(errors)
 
 
@@ -141,7 +141,7 @@ def option_errors(error: ValidationError, prefix: str, allowed: Sequence[str]) -
             else found["msg"],
             describe(found["input"]),
         )
-        for found in error.errors(include_url=False, include_context=False)[:SHOWN]
+        for found in error.errors(include_url=False, include_context=False)
     ]
 
 

@@ -58,10 +58,7 @@ def read(
                 "file", f"the file is {name}; CSV, XYZ, TXT, NPY, PLY and JSON are read"
             )
     if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
-        cloud, options = read_json(view, max_json_points)
-        if options:
-            raise UnreadableFileError("options", "options belong beside the file, not into it")
-        return cloud
+        return read_json(view, max_json_points)
     return read_text(view, max_points)
 
 

@@ -1,8 +1,9 @@
 """A cloud as read: points, normals where the file has them, and where both were found."""
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,12 +25,16 @@ _NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in alias
 
 @dataclass(frozen=True)
 class Cloud:
-    """Points (N, 3) float64, the columns they were read from, unit normals (N, 3) or None, and the format."""
+    """Points (N, 3) float64, the columns they were read from, unit normals (N, 3) or None, and the format.
+
+    `options` stood beside the points: JSON may hold both. They are not checked yet.
+    """
 
     points: Array
     columns: tuple[str, ...]
     normals: Array | None
     format: str
+    options: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

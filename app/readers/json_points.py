@@ -23,8 +23,8 @@ _FEW = 12
 _NUMBER = re.compile(r"[-+]?\d[\d.eE+-]*")
 
 
-def read_json(data: memoryview, max_points: int | None = None) -> tuple[Cloud, dict[str, Any]]:
-    """Read a JSON request: the cloud, and the options as they stand (unchecked)."""
+def read_json(data: memoryview, max_points: int | None = None) -> Cloud:
+    """Read a JSON request: the points, and the options as they stand (unchecked)."""
     body = bytes(data).removeprefix(b"\xef\xbb\xbf")
     if max_points is not None:
         _check_size(body, max_points)
@@ -34,7 +34,7 @@ def read_json(data: memoryview, max_points: int | None = None) -> tuple[Cloud, d
     unknown = [name for name in document if name not in ("points", "options")]
     if unknown:
         errors = [FieldError(name[:40], "unknown field; allowed are points, options") for name in unknown]
-        raise UnreadableFileError("body", f"{len(unknown)} unknown fields", errors=errors)
+        raise UnreadableFileError("body", f"fields that are not known: {len(unknown)}", errors=errors)
     if "points" not in document:
         raise UnreadableFileError("points", "points is missing", "missing")
     options = {} if document.get("options") is None else document["options"]
@@ -42,7 +42,7 @@ def read_json(data: memoryview, max_points: int | None = None) -> tuple[Cloud, d
         raise UnreadableFileError("options", "options must be an object", describe(options))
     _refuse_twice(body, [*document, *options])
     points = to_points(document["points"], max_points)
-    return Cloud(points, ("x", "y", "z"), None, "json"), options
+    return Cloud(points, ("x", "y", "z"), None, "json", options)
 
 
 def _refuse_twice(body: bytes, names: list[str]) -> None:
@@ -112,13 +112,14 @@ def _locate(error: orjson.JSONDecodeError) -> UnreadableFileError:
     """The parser's complaint as a field: where in the document, and which class of value stands there."""
     rest = error.doc[error.pos : error.pos + 10]
     path = _path(error.doc[: error.pos]) or "body"
+    refused = InvalidPointsError if path.startswith("points") else UnreadableFileError
     if number := _NOT_FINITE.match(rest):
         value = "NaN" if number["nan"] else "infinity"
-        return InvalidPointsError(path, f"{value} is not JSON; every number must be finite", value)
+        return refused(path, f"{value} is not JSON; every number must be finite", value)
     if "infinity" in error.msg:
         found = _NUMBER.match(error.doc, error.pos)
         digits = len(found[0]) if found else 0
-        return InvalidPointsError(
+        return refused(
             path,
             "the number is beyond the range of a 64-bit float (1.8e308)",
             f"number of {digits} characters",

@@ -71,6 +71,21 @@ def test_options_arrive(clouds: Path) -> None:
     assert result.exit_code == 4
 
 
+def test_a_request_in_json_is_answered_as_the_service_would(tmp_path: Path) -> None:
+    options = {"kinds": ["cone", "cylinder"], "seed": 3}
+    body = {"points": np.random.default_rng(0).normal(size=(50, 3)).tolist(), "options": options}
+    file = tmp_path / "request.json"
+    file.write_text(json.dumps(body))
+    used = json.loads(run("fit", "--json", "--classifier", "none", file).stdout)["receipt"]["options"]
+    assert used == {"criterion": "robust", "max_error": None, "classifier": "none"} | options
+    twice = run("fit", "--json", "--seed", "4", file)
+    assert twice.exit_code == 2 and "options.seed: given in two places; keep one" in twice.stderr
+    file.write_text(json.dumps(body | {"options": {"kinds": ["cone", "cone"]}}))
+    assert "kinds names the same kind twice" in run("fit", file).stderr
+    file.write_text(json.dumps(body | {"options": {"kind": ["cone"]}}))
+    assert "options.kind: unknown option; allowed are kinds" in run("fit", file).stderr
+
+
 def test_bad_files_are_named_and_the_others_are_done(clouds: Path) -> None:
     names = [clouds / name for name in ("missing.csv", "words.txt", "two.csv", "cylinder.csv")]
     result = run("fit", "--json", *names)

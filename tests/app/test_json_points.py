@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from app.readers import TooLargeError, UnreadableFileError, read_json
+from app.readers import InvalidPointsError, TooLargeError, UnreadableFileError, read_json
 
 
 def _points(rows: str) -> bytes:
@@ -66,12 +66,20 @@ def test_what_is_not_a_cloud_is_refused_and_the_place_named(
         assert caught.value.errors[0].value == value
 
 
+def test_numbers_in_options_are_not_called_points() -> None:
+    for number in (b"NaN", b"1e400"):
+        with pytest.raises(UnreadableFileError) as caught:
+            read_json(memoryview(b'{"points": [], "options": {"max_error": %s}}' % number))
+        assert not isinstance(caught.value, InvalidPointsError)
+        assert caught.value.field == "options.max_error"
+
+
 def test_numbers_are_read_to_the_last_digit() -> None:
-    cloud, options = read_json(
+    cloud = read_json(
         memoryview(b'{"points": [[0.1, 1e308, -5e-324], [1, 9007199254740993, -0]], "options": {"seed": 1}}')
     )
     assert cloud.points.tolist() == [[0.1, 1e308, -5e-324], [1.0, 9007199254740992.0, 0.0]]
-    assert options == {"seed": 1}
+    assert cloud.options == {"seed": 1}
 
 
 @pytest.mark.parametrize("row", [b'["a", 1]', b'{"x": 1}', b"[1, 2, null]", b"[]", b'"x"'])
@@ -95,6 +103,6 @@ def test_more_than_the_limit_is_refused_before_it_is_built(item: bytes) -> None:
 
 def test_one_point_over_the_limit_is_refused() -> None:
     body = b'{"points": [[1, 2, 3], [4, 5, 6], [7, 8, 9]]}'
-    assert len(read_json(memoryview(body), 3)[0].points) == 3
+    assert len(read_json(memoryview(body), 3).points) == 3
     with pytest.raises(TooLargeError, match="3 points; the limit is 2"):
         read_json(memoryview(body), 2)
