@@ -22,6 +22,10 @@ def read_npy(data: memoryview, max_points: int | None = None) -> Cloud:
         _check_numeric(dtype, "dtype")
         if len(shape) != 2 or shape[-1] < 3:
             raise InvalidPointsError("shape", f"array of shape {_text(shape)}; points are (N, 3)")
+        if shape[0] == 3 < shape[1]:
+            raise InvalidPointsError(
+                "shape", f"array of shape {_text(shape)}; points are (N, 3): transpose it"
+            )
     elif len(shape) != 1:
         raise InvalidPointsError("shape", f"structured array of shape {_text(shape)}; points are (N,)")
     check_count(shape[0], max_points)

@@ -153,6 +153,7 @@ BROKEN = {
     "npy of text": (_npy(np.full((4, 3), "one")), "dtype"),
     "npy of one dimension": (_npy(np.ones(9)), "shape"),
     "npy of two columns": (_npy(np.ones((9, 2))), "shape"),
+    "npy transposed": (_npy(np.ones((3, 50))), "shape"),
     "npy of three dimensions": (_npy(np.ones((3, 3, 3))), "shape"),
     "npy claiming 10^12 points": (_npy_claiming((10**12, 3)), "file"),
     "npy claiming 10^30 points": (_npy_claiming((10**30, 3)), "file"),
@@ -171,7 +172,6 @@ BROKEN = {
     "ply ascii one row short": (PLY % b"3" + b"1000 2000 3000\n4000 5000 6000\n", "vertex"),
     "ply ascii with a word": (PLY % b"1" + b"1 two 3\n", "vertex"),
     "ply ascii with a ragged row": (PLY % b"2" + b"1 2 3\n1 2 3 4\n", "vertex"),
-    "json with options": (b'{"points": [[1, 2, 3]], "options": {"seed": 1}}', "options"),
 }
 
 
