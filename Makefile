@@ -2,6 +2,7 @@
 # make setup  install what serving needs                 make test-torch  the tests that need torch
 # make image  build the container image                  make lint        ruff, mypy, import rules
 # make weights  train the shipped k-NN again             make clean       remove what these verbs made
+# make example  refresh the answer that the API shows
 
 PYTHON ?= python3
 PORT   ?= 8000
@@ -23,7 +24,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-torch lint weights image clean
+.PHONY: run setup test test-torch lint weights example image clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -45,6 +46,11 @@ lint: $(VENV)/.dev
 
 weights: $(VENV)/.serving
 	$(VENV)/bin/python -m models.training.knn
+	$(MAKE) example
+
+# The OpenAPI document shows a real answer; it names the weights and follows every change of the numbers.
+example: $(VENV)/.serving
+	$(VENV)/bin/primfit fit --json app/examples/request.json > app/examples/answer.json
 
 image:
 	$(ENGINE) build --build-arg BASE_IMAGE=$(BASE_IMAGE) $(IMAGE_FLAGS) --tag primfit:$(VERSION) .
