@@ -60,15 +60,13 @@ _UNAVAILABLE: dict[str, Exception] = {
 def _problem(**errors: Exception) -> dict[str, Any]:
     """One documented problem response with an example for each of its causes."""
     made = {name: problems.problem(error, "/requests/3f0c1f9e") for name, error in errors.items()}
-    first = next(iter(made.values()))
+    documents = {name: orjson.loads(problem.content) for name, problem in made.items()}
     content = {
         "schema": {"$ref": _REF.format(model="Problem")},
-        "examples": {name: {"value": orjson.loads(made[name].content)} for name in made},
+        "examples": {name: {"value": document} for name, document in documents.items()},
     }
-    return {
-        "description": orjson.loads(first.content)["title"],
-        "content": {problems.MEDIA_TYPE: content},
-    }
+    titles = dict.fromkeys(document["title"] for document in documents.values())
+    return {"description": "; ".join(titles), "content": {problems.MEDIA_TYPE: content}}
 
 
 def _json(name: str) -> Any:
@@ -114,11 +112,19 @@ def _without_default(schema: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in chosen.items() if key not in ("default", "title")}
 
 
-GET: dict[str, Any] = {"responses": {"500": _problem(internal=Exception())}}
+GET: dict[str, Any] = {
+    "response_description": "It answers",
+    "responses": {"500": _problem(internal=Exception())},
+}
 READYZ: dict[str, Any] = {
-    "responses": {"503": _problem(not_ready=_UNAVAILABLE["not_ready"]), "500": _problem(internal=Exception())}
+    "response_description": "It is ready",
+    "responses": {
+        "503": _problem(not_ready=_UNAVAILABLE["not_ready"]),
+        "500": _problem(internal=Exception()),
+    },
 }
 FIT: dict[str, Any] = {
+    "response_description": "What was found",
     "responses": {
         **{status: _problem(example=error) for status, error in _EXAMPLE_ERRORS.items()},
         "422": _problem(**_INVALID),

@@ -31,9 +31,12 @@ class FitOptions(BaseModel):
         description="kinds that may be answered; all of them by default",
         json_schema_extra={"uniqueItems": True},
     )
-    classifier: ClassifierName = Field("knn", description="who ranks the kinds; `none` tries all and selects")
+    classifier: ClassifierName = Field(
+        "knn", description="who ranks the kinds, `knn` by default; `none` tries all and selects"
+    )
     criterion: CriterionName = Field(
-        "robust", description="`robust` rejects outliers, `least_squares` counts every point alike"
+        "robust",
+        description="`robust` (the default) rejects outliers, `least_squares` counts every point alike",
     )
     max_error: float | None = Field(
         None,
@@ -42,7 +45,7 @@ class FitOptions(BaseModel):
         description="largest accepted mean distance of the points not rejected as outliers, as a share of "
         "the bounding-box diagonal; by default it follows from the noise of the cloud",
     )
-    seed: int = Field(0, ge=0, le=2**63 - 1, description="seed of every random choice")
+    seed: int = Field(0, ge=0, le=2**63 - 1, description="seed of every random choice, 0 by default")
 
 
 class FitRequest(BaseModel):
