@@ -180,13 +180,13 @@ def _ticks(pid: int) -> int:
 class _Background(threading.Thread):
     """A request in the background; `response` is there after `join`."""
 
-    def __init__(self, service: Any, body: bytes) -> None:
+    def __init__(self, service: Any, body: bytes, media_type: str = "application/octet-stream") -> None:
         super().__init__()
-        self.service, self.body = service, body
+        self.service, self.body, self.media_type = service, body, media_type
         self.response: httpx.Response
 
     def run(self) -> None:
-        headers = {"Content-Type": "application/octet-stream"}
+        headers = {"Content-Type": self.media_type}
         url = f"http://127.0.0.1:{self.service.port}/fit"
         self.response = httpx.post(url, content=self.body, headers=headers, timeout=60)
 
@@ -253,7 +253,7 @@ def test_more_requests_than_may_wait_are_refused_at_once(strict_service: Any) ->
 BIG = {
     "60 MB of text": lambda: (_csv(60 * 10**6), "text/csv"),
     "60 MB of JSON": lambda: (
-        b'{"points": [' + b",".join(b"[%s]" % (b"1.5" + b" " * 290) for _ in range(200_000)) + b"]}",
+        b'{"points": [' + b",".join([b"[1.5,%s2.5,3]" % (b" " * 290)] * 200_000) + b"]}",
         "application/json",
     ),
     "a fit of a million points": lambda: (_npy(_cylinder(1_000_000)), "application/octet-stream"),
@@ -262,26 +262,22 @@ BIG = {
 
 @pytest.mark.parametrize("make", BIG.values(), ids=BIG)
 def test_livez_answers_within_100_ms_under_load(service: Any, make: Any) -> None:
+    """In one of three tries: other programs may slow one of them down, a blocked event loop all of them."""
     body, media_type = make()
-    done = threading.Event()
+    assert any(_slowest_livez(service, body, media_type) < 0.1 for _ in range(3))
 
-    def send() -> None:
-        try:
-            with contextlib.suppress(httpx.TimeoutException):
-                headers = {"Content-Type": media_type}
-                url = f"http://127.0.0.1:{service.port}/fit"
-                httpx.post(url, content=body, headers=headers, timeout=6.0)
-        finally:
-            done.set()
 
-    sender = threading.Thread(target=send)
-    sender.start()
+def _slowest_livez(service: Any, body: bytes, media_type: str) -> float:
+    """Seconds that the slowest `GET /livez` took while a body was received, read and fitted."""
+    request = _Background(service, body, media_type)
+    request.start()
     times = []
-    while not done.is_set():
+    while request.is_alive():
         start = time.perf_counter()
         assert service.client.get("/livez").status_code == 200
         times.append(time.perf_counter() - start)
-        time.sleep(0.01)
-    sender.join()
-    assert len(times) > 20
-    assert np.quantile(times, 0.99) < 0.1
+        time.sleep(0.005)
+    request.join()
+    assert request.response.status_code in (200, 422)
+    assert len(times) > 10
+    return max(times)
