@@ -1,13 +1,15 @@
 # make run    start the service and show an answer       make test        the fast test suite, without torch
 # make setup  install what serving needs                 make test-torch  the tests that need torch
 # make image  build the container image                  make lint        ruff, mypy, import rules
-# make weights  train the shipped k-NN again             make clean       remove what these verbs made
+# make weights  train both classifiers again             make clean       remove what these verbs made
 # make example  refresh the answer that the API shows
 
 PYTHON ?= python3
 PORT   ?= 8000
 VENV   ?= .venv
 VENV_TORCH ?= .venv-torch
+# Processes that draw the clouds of `make weights`.
+PROCESSES ?= 2
 # Pinned: this release has a CPU build for Python 3.11. pyproject.toml gives the range.
 TORCH  ?= torch==2.13.0
 
@@ -44,8 +46,11 @@ lint: $(VENV)/.dev
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports
 
-weights: $(VENV)/.serving
-	$(VENV)/bin/python -m models.training.knn
+# Both classifiers learn from the same clouds, which are drawn once and kept under build/ for this run only.
+weights: $(VENV)/.serving $(VENV_TORCH)/.torch
+	rm -rf build/clouds
+	$(VENV_TORCH)/bin/python -m models.training.network --processes $(PROCESSES) --cache build/clouds
+	$(VENV_TORCH)/bin/python -m models.training.knn --processes $(PROCESSES) --cache build/clouds
 	$(MAKE) example
 
 # The OpenAPI document shows a real answer; it names the weights and follows every change of the numbers.

@@ -46,7 +46,7 @@ def to_json(content: Mapping[str, Any]) -> bytes:
 def receipt(cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
     """What was fitted and how: enough to repeat it."""
     kinds = options.get("kinds")
-    classifier = options.get("classifier", "knn")
+    classifier = options.get("classifier", "network")
     points = np.ascontiguousarray(cloud.points, "<f8")
     return {
         "input_sha256": sha256(points.data).hexdigest(),

@@ -34,8 +34,8 @@ Kinds = Annotated[
     list[Kind] | None, typer.Option("--kind", help="Allow this kind (repeatable); all of them by default.")
 ]
 Classifier = Annotated[
-    Literal["knn", "none"] | None,
-    typer.Option(help="Who ranks the kinds; with 'none' all are tried.", show_default="knn"),
+    Literal["network", "knn", "none"] | None,
+    typer.Option(help="Who ranks the kinds; with 'none' all are tried.", show_default="network"),
 ]
 Criterion = Annotated[
     Literal["robust", "least_squares"] | None,

@@ -21,7 +21,7 @@ def fit(
     points: ArrayLike,
     *,
     kinds: Sequence[str] | None = None,
-    classifier: str = "knn",
+    classifier: str = "network",
     criterion: str = "robust",
     max_error: float | None = None,
     seed: int = 0,
@@ -33,7 +33,7 @@ def fit(
     ----------
     points : (N, 3), any unit of length
     kinds : kinds that may be answered; None allows all
-    classifier : who ranks the kinds: `knn`, or `none` to try all of them and select
+    classifier : who ranks the kinds: `network`, `knn`, or `none` to try all of them and select
     criterion : `robust`, or `least_squares` over all points alike
     max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share of
         the bounding-box diagonal; None derives the threshold from the cloud's own noise

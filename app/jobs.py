@@ -46,7 +46,7 @@ def warm() -> dict[str, str | None]:
     """Load the weights and fit once, so that no request waits for an import; returns the versions."""
     grid = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 3)) * [1.0, 1.0, 0.0]
     fit(grid)
-    return versions("knn")
+    return versions("network")
 
 
 def run(job: FitJob) -> Reply:

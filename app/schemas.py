@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
 from typing_extensions import TypeAliasType
 
 KindName = TypeAliasType("KindName", Literal["plane", "sphere", "cylinder", "cone", "torus"])
-ClassifierName = TypeAliasType("ClassifierName", Literal["knn", "none"])
+ClassifierName = TypeAliasType("ClassifierName", Literal["network", "knn", "none"])
 CriterionName = TypeAliasType("CriterionName", Literal["robust", "least_squares"])
 
 Vector = Annotated[
@@ -32,7 +32,8 @@ class FitOptions(BaseModel):
         json_schema_extra={"uniqueItems": True},
     )
     classifier: ClassifierName = Field(
-        "knn", description="who ranks the kinds, `knn` by default; `none` tries all and selects"
+        "network",
+        description="who ranks the kinds: `network` (the default) or `knn`; `none` tries all and selects",
     )
     criterion: CriterionName = Field(
         "robust",

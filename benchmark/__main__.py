@@ -39,7 +39,7 @@ def main() -> None:
     source.add_argument("--synthetic", type=int, metavar="N", help="N fresh benchmark-like clouds")
     source.add_argument("--shrec22", type=Path, metavar="DIR", help="a folder in the track's layout")
     parser.add_argument("--seed", type=int, default=1, help="of the synthetic clouds (default 1)")
-    parser.add_argument("--classifier", choices=[*CLASSIFIERS, "reverse"], default="knn")
+    parser.add_argument("--classifier", choices=[*CLASSIFIERS, "reverse"], default=CLASSIFIERS[0])
     options = parser.parse_args()
     cases = (
         shrec22_cases(options.shrec22)

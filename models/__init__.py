@@ -6,8 +6,9 @@ from fitting.classifier import Classifier
 
 __all__ = ["CLASSIFIERS", "load_classifier"]
 
-CLASSIFIERS = ("knn", "none")
-"""The names that `load_classifier` knows; `none` stands for trying every kind."""
+CLASSIFIERS = ("network", "knn", "none")
+"""The names that `load_classifier` knows; the first is the default, `none` stands for
+trying every kind."""
 
 
 @cache
@@ -21,6 +22,10 @@ def load_classifier(name: str) -> Classifier | None:
     """
     if name == "none":
         return None
+    if name == "network":
+        from models.network import NetworkClassifier
+
+        return NetworkClassifier.shipped()
     if name == "knn":
         from models.knn import KnnClassifier
 

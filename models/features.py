@@ -1,8 +1,9 @@
 """What a classifier sees of a cloud: numbers that rotation, translation, scale and order do not change.
 
-Four blocks: the shape of the cloud, the histogram of oriented normal vectors, surflet-pair relations, and
-a robust quadric. The middle two are those of method M2 of SHREC 2022 (Romanengo et al., 2022, section 3.2),
-made invariant: normals are seen from the eigenvectors of their own scatter, up to sign.
+Five blocks: the shape of the cloud and of its Gauss map, the histogram of oriented normal vectors,
+surflet-pair relations, and how rough fits of all kinds compare. The histograms are those of method M2 of
+SHREC 2022 (Romanengo et al., 2022, section 3.2), made invariant: normals are seen from the eigenvectors of
+their own scatter, up to sign.
 
 Sources: Tang et al., "Histogram of oriented normal vectors for object recognition with a depth sensor", ACCV
 2012; Wahl, Hillenbrand and Hirzinger, "Surflet-pair-relation histograms", 3DIM 2003.
@@ -11,15 +12,15 @@ Sources: Tang et al., "Histogram of oriented normal vectors for object recogniti
 import numpy as np
 from numpy.typing import NDArray
 
-from models.quadric import quadric_features
+from models.revolution import N_REVOLUTION, revolution_features
 
 Array = NDArray[np.float64]
 
-FEATURE_VERSION = 1
+FEATURE_VERSION = 2
 """Raised with any change that alters a number below: weights of another version are refused."""
 
 SAMPLE_POINTS = 512
-PAIR_POINTS = 128
+PAIR_POINTS = 64
 NORMAL_BINS = 10
 PAIR_BINS = 8
 DISTANCE_BINS = 4
@@ -30,10 +31,11 @@ PAIRS = np.triu_indices(PAIR_POINTS, 1)
 
 BLOCKS = {
     "shape": 3,
+    "gauss_map": 4,
     "normals": 3 * NORMAL_BINS,
     "pair_normals": PAIR_BINS * DISTANCE_BINS,
     "pair_directions": PAIR_BINS * DISTANCE_BINS,
-    "quadric": 9,
+    "revolution": N_REVOLUTION,
 }
 """The blocks of a feature vector, in order, with their lengths."""
 N_FEATURES = sum(BLOCKS.values())
@@ -55,9 +57,10 @@ def features(points: Array, normals: Array) -> Array:
     return np.concatenate(
         [
             shape_features(points),
+            gauss_map_features(normals),
             normal_features(normals),
             *pair_features(*_evenly(PAIR_POINTS, points, normals)),
-            quadric_features(points),
+            revolution_features(points, normals),
         ]
     )
 
@@ -70,7 +73,9 @@ def representatives(points: Array, normals: Array) -> tuple[Array, Array]:
     """
     centered = points - np.sort(points, axis=0).mean(axis=0)
     radius = np.sqrt(np.einsum("ij,ij->i", centered, centered))
-    order = np.lexsort((*centered.T, radius))
+    order = np.argsort(radius)
+    if np.any(np.diff(radius[order]) == 0.0):
+        order = np.lexsort((*centered.T, radius))
     centered, normals = _evenly(SAMPLE_POINTS, centered[order], normals[order])
     centered = centered - centered.mean(axis=0)
     scale = np.sqrt(np.mean(np.einsum("ij,ij->i", centered, centered)))
@@ -87,6 +92,12 @@ def _evenly(count: int, points: Array, normals: Array) -> tuple[Array, Array]:
 def shape_features(points: Array) -> Array:
     """Standard deviations along the principal axes, ascending, shape (3,)."""
     return np.sqrt(np.maximum(np.linalg.eigvalsh(points.T @ points / len(points)), 0.0))
+
+
+def gauss_map_features(normals: Array) -> Array:
+    """Eigenvalues of the scatter of the normals, ascending, and the logarithm of the smallest, shape (4,)."""
+    values = np.maximum(np.linalg.eigvalsh(normals.T @ normals / len(normals)), 0.0)
+    return np.append(values, np.log10(values[0] + 1e-4))
 
 
 def normal_features(normals: Array) -> Array:

@@ -21,10 +21,11 @@ from models.training.metrics import metrics
 from models.weights import DIRECTORY, Card, load, save
 
 SEED = 2022
-TRAINING_CLOUDS = 15_000
-HELD_BACK_CLOUDS = 3_000
+TRAINING_CLOUDS = 12_000
+HELD_BACK_CLOUDS = 2_000
+"""Clouds a family."""
 CHECK_CLOUDS = 400
-LOWEST_CHECK = 0.85
+LOWEST_CHECK = 0.8
 """Top-1 accuracy that even the small build of --check must reach."""
 
 
@@ -45,14 +46,21 @@ def build(data: Dataset) -> dict[str, NDArray[Any]]:
     }
 
 
-def train(seed: int, clouds: int, held_back: int, directory: Path) -> Card:
+def train(
+    seed: int,
+    clouds: int,
+    held_back: int,
+    directory: Path,
+    processes: int = 1,
+    cache: Path | None = None,
+) -> Card:
     """Build from clouds of `seed`, score on clouds of `seed + 1`, write the weights and their card."""
-    arrays = build(make_dataset(seed, clouds))
-    test = make_dataset(seed + 1, held_back)
+    arrays = build(make_dataset(seed, clouds, processes=processes, cache=cache))
+    test = make_dataset(seed + 1, held_back, processes=processes, cache=cache)
     scores = metrics(KnnClassifier(arrays).probabilities(test.rows), test)
     recipe = {
         "command": f"python -m models.training.knn --seed {seed} --clouds {clouds} --held-back {held_back}",
-        "clouds": clouds,
+        "clouds_a_family": clouds,
         "held_back_seed": seed + 1,
         "seen_points": SEEN_POINTS,
         "feature_blocks": BLOCKS,
@@ -72,9 +80,10 @@ def check(seed: int) -> None:
             cards.append(load("knn", Path(folder))[1])
     if cards[0] != cards[1]:
         raise SystemExit("two builds from one seed differ")
-    if cards[0].metrics["top1"] < LOWEST_CHECK:
-        raise SystemExit(f"top-1 accuracy is {cards[0].metrics['top1']}, below {LOWEST_CHECK}")
-    print(f"two builds of {CHECK_CLOUDS} clouds agree to the byte; top-1 {cards[0].metrics['top1']}")
+    top1 = {family: scores["top1"] for family, scores in cards[0].metrics.items()}
+    if top1["benchmark"] < LOWEST_CHECK:
+        raise SystemExit(f"top-1 accuracy on benchmark clouds is {top1['benchmark']}, below {LOWEST_CHECK}")
+    print(f"two builds of {CHECK_CLOUDS} clouds a family agree to the byte; top-1 {top1}")
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -84,8 +93,10 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--clouds", type=int, default=TRAINING_CLOUDS)
     parser.add_argument(
-        "--held-back", type=int, default=HELD_BACK_CLOUDS, help="clouds scored, from seed + 1"
+        "--held-back", type=int, default=HELD_BACK_CLOUDS, help="a family, scored, from seed + 1"
     )
+    parser.add_argument("--processes", type=int, default=1, help="that draw clouds")
+    parser.add_argument("--cache", type=Path, help="directory for datasets, to share them in one build")
     parser.add_argument("--out", type=Path, default=DIRECTORY)
     parser.add_argument("--check", action="store_true", help="two small builds, compared; writes nothing")
     options = parser.parse_args(arguments)
@@ -93,10 +104,12 @@ def main(arguments: list[str] | None = None) -> None:
         check(options.seed)
         return
     start = time.perf_counter()
-    card = train(options.seed, options.clouds, options.held_back, options.out)
+    card = train(
+        options.seed, options.clouds, options.held_back, options.out, options.processes, options.cache
+    )
     print(f"{options.out / 'knn.npz'}: sha256 {card.sha256}")
-    scores = card.metrics
-    print(f"top-1 {scores['top1']}, top-2 {scores['top2']} on {scores['clouds']} held-back clouds")
+    for family, scores in card.metrics.items():
+        print(f"{family}: top-1 {scores['top1']}, top-2 {scores['top2']} on {scores['clouds']} clouds")
     print(f"{time.perf_counter() - start:.0f} s", file=sys.stderr)
 
 

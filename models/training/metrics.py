@@ -1,24 +1,46 @@
-"""How well probabilities rank the truth: overall, by kind, by perturbation, by size of the cloud."""
+"""How well probabilities rank the truth, by family, kind, perturbation and size; and how honest they are."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fitting.primitives import KINDS
-from models.training.dataset import Dataset
+from models.training.dataset import FAMILIES, Dataset
 
-SIZES = ((0, 300), (300, 1000), (1000, 3000), (3000, 8101))
+Array = NDArray[np.float64]
+
+SIZES = ((0, 100), (100, 300), (300, 1000), (1000, 3000), (3000, 1_000_001))
+CALIBRATION_BINS = 15
 
 
-def rank_of_truth(probabilities: NDArray[np.float64], labels: NDArray[np.int64]) -> NDArray[np.int64]:
+def rank_of_truth(probabilities: Array, labels: NDArray[np.int64]) -> NDArray[np.int64]:
     """0 where the truth has the highest probability; ties go to the kind that comes first."""
     order = np.argsort(-probabilities, axis=1, kind="stable")
     return np.argmax(order == labels[:, None], axis=1)
 
 
-def metrics(probabilities: NDArray[np.float64], data: Dataset) -> dict[str, object]:
-    """Shares in [0, 1] to four digits, ready for a card."""
+def calibration_error(probabilities: Array, labels: NDArray[np.int64]) -> float:
+    """Expected calibration error of the first choice, in `CALIBRATION_BINS` equal bins of its probability.
+
+    Guo et al., "On calibration of modern neural networks", ICML 2017, equation 3.
+    """
+    confidence = probabilities.max(axis=1)
+    right = rank_of_truth(probabilities, labels) == 0
+    bins = np.minimum((confidence * CALIBRATION_BINS).astype(int), CALIBRATION_BINS - 1)
+    gaps = np.bincount(bins, right - confidence, CALIBRATION_BINS)
+    return float(np.abs(gaps).sum() / len(labels))
+
+
+def metrics(probabilities: Array, data: Dataset) -> dict[str, object]:
+    """By family, the shares in [0, 1] to four digits, ready for a card."""
+    return {
+        family: _metrics(probabilities[data.families == family], data.where(data.families == family))
+        for family in FAMILIES
+        if (data.families == family).any()
+    }
+
+
+def _metrics(probabilities: Array, data: Dataset) -> dict[str, object]:
     rank = rank_of_truth(probabilities, data.labels)
-    perturbations = np.array(data.perturbations)
 
     def top1(chosen: NDArray[np.bool_]) -> float | None:
         return round(float(np.mean(rank[chosen] == 0)), 4) if chosen.any() else None
@@ -27,9 +49,10 @@ def metrics(probabilities: NDArray[np.float64], data: Dataset) -> dict[str, obje
         "clouds": len(rank),
         "top1": round(float(np.mean(rank == 0)), 4),
         "top2": round(float(np.mean(rank <= 1)), 4),
+        "calibration_error": round(calibration_error(probabilities, data.labels), 4),
         "top1_by_kind": {kind: top1(data.labels == index) for index, kind in enumerate(KINDS)},
         "top1_by_perturbation": {
-            name: top1(perturbations == name) for name in sorted(set(data.perturbations))
+            str(name): top1(data.perturbations == name) for name in np.unique(data.perturbations) if name
         },
         "top1_by_size": {
             f"{low}-{high - 1}": top1((data.sizes >= low) & (data.sizes < high)) for low, high in SIZES

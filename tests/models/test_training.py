@@ -3,7 +3,7 @@
 import numpy as np
 
 from models.knn import KnnClassifier
-from models.training.dataset import make_dataset
+from models.training.dataset import FAMILIES, make_dataset
 from models.training.knn import build, main, train
 from models.training.metrics import metrics, rank_of_truth
 from models.weights import load
@@ -24,18 +24,30 @@ def test_the_command_writes_weights_that_load(tmp_path, capsys):
     main(["--seed", "5", "--clouds", "60", "--held-back", "10", "--out", str(tmp_path)])
     arrays, card = load("knn", tmp_path)
     assert card.seed == 5 and card.recipe["held_back_seed"] == 6
-    assert arrays["references"].shape[0] == 60
+    assert arrays["references"].shape[0] == 120
     assert card.sha256 in capsys.readouterr().out
 
 
 def test_datasets_do_not_depend_on_their_length():
-    assert np.array_equal(make_dataset(8, 4).rows, make_dataset(8, 9).rows[:4])
+    short, long = make_dataset(8, 4), make_dataset(8, 9)
+    for family in FAMILIES:
+        assert np.array_equal(
+            short.where(short.families == family).rows, long.where(long.families == family).rows[:4]
+        )
+
+
+def test_processes_and_a_cache_change_nothing(tmp_path):
+    plain = make_dataset(8, 4)
+    for _ in range(2):
+        other = make_dataset(8, 4, processes=2, cache=tmp_path)
+        for name in ("rows", "labels", "perturbations", "sizes", "families", "points"):
+            assert np.array_equal(getattr(plain, name), getattr(other, name))
 
 
 def test_a_classifier_knows_the_clouds_it_was_built_from():
-    data = make_dataset(9, 150)
+    data = make_dataset(9, 150, families=("benchmark",))
     classifier = KnnClassifier(build(data))
-    assert metrics(classifier.probabilities(data.rows), data)["top1"] > 0.9
+    assert metrics(classifier.probabilities(data.rows), data)["benchmark"]["top1"] > 0.9
 
 
 def test_ranks_count_what_is_above_the_truth():

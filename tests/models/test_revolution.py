@@ -1,0 +1,70 @@
+"""The rough fits find the known surfaces of revolution, under noise on a share of the points too."""
+
+import numpy as np
+import pytest
+
+from fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
+from models.revolution import COMPARED, line_complex, plane_residuals, refine, revolution_features, start
+
+AXIS = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
+CENTER = np.array([0.1, 0.2, -0.1])
+
+
+def surfaces():
+    rng = np.random.default_rng(0)
+    u, v = rng.uniform(0, 4.0, 400), rng.uniform(0.2, 1.0, 400)
+    return {
+        "plane": (Plane(AXIS, CENTER), 3 * u, 2 * v),
+        "sphere": (Sphere(CENTER, 1.1), u, 3 * v),
+        "cylinder": (Cylinder(AXIS, CENTER, 0.7), u, 2 * v - 1),
+        "cone": (Cone(CENTER, AXIS, 0.6), u, 1.5 * v),
+        "torus": (Torus(CENTER, AXIS, 1.0, 0.4), u, 6 * v),
+    }
+
+
+def example(kind, noisy_share=0.0):
+    """Points with rms radius 1 and the normals there, by differences of the distance."""
+    primitive, u, v = surfaces()[kind]
+    points = primitive.surface(u, v)
+    steps = 1e-6 * np.eye(3)
+    normals = np.stack(
+        [primitive.signed_distance(points + e) - primitive.signed_distance(points - e) for e in steps], axis=1
+    )
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    count = int(noisy_share * len(points))
+    points[:count] += np.random.default_rng(1).normal(0, 0.05, (count, 3))
+    points = points - points.mean(axis=0)
+    return points / np.sqrt(np.mean(np.sum(points**2, axis=1))), normals
+
+
+@pytest.mark.parametrize("kind", ["cylinder", "cone", "torus"])
+def test_the_normals_meet_the_axis(kind):
+    points, normals = example(kind)
+    anchor, direction, values = line_complex(points, normals)
+    assert abs(direction @ AXIS) == pytest.approx(1.0, abs=1e-5)
+    assert values[0] < 1e-6
+    distance = np.abs(
+        np.einsum("ij,ij->i", np.cross(points - anchor, normals), direction[None].repeat(400, 0))
+    )
+    assert np.median(distance) < 1e-4
+
+
+@pytest.mark.parametrize("noisy_share", [0.0, 0.3])
+@pytest.mark.parametrize("kind", COMPARED)
+def test_each_kind_is_nearest_to_its_own_points(kind, noisy_share):
+    points, normals = example(kind, noisy_share)
+    anchor, direction, _ = line_complex(points, normals)
+    _, residuals = refine(points, *start(points, anchor, direction))
+    residuals = np.vstack([plane_residuals(points)[None], residuals])
+    own = np.median(np.abs(residuals[COMPARED.index(kind)]))
+    assert own < (1e-3 if noisy_share == 0.0 else 0.02)
+    simpler = np.median(np.abs(residuals[: COMPARED.index(kind)]), axis=1)
+    assert np.all(simpler > 2 * own)
+
+
+def test_a_turn_and_a_shift_of_the_cloud_change_rounding_only():
+    points, normals = example("torus", 0.3)
+    turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    before = revolution_features(points, normals)
+    after = revolution_features(points @ turn.T, normals @ turn.T)
+    np.testing.assert_allclose(after, before, atol=1e-5)
