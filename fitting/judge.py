@@ -156,8 +156,8 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, sure: bool,
     n, primitive = len(cloud.working), evidence.primitive
     if n == primitive.dof and not only:
         return Verdict(Standing.REFUSED, f"{n} points determine it exactly and leave none to check it with")
-    share, least = evidence.inlier_share, SMALLEST_INLIER_SHARE + 2.0 * primitive.dof / n
-    if share < least and not evidence.exact.all():
+    share, least = evidence.inlier_share, min(SMALLEST_INLIER_SHARE + 2.0 * primitive.dof / n, 1.0)
+    if share < least:
         return Verdict(Standing.REFUSED, f"only {share:.0%} of the points are near it (at least {least:.0%})")
     if max_error is not None:
         return _by_threshold(evidence.mean_inlier_distance / cloud.diagonal, max_error)
