@@ -20,7 +20,7 @@ class MissingMatplotlibError(ImportError):
 
     def __init__(self) -> None:
         super().__init__(
-            "a picture needs matplotlib: pip install 'matplotlib>=3.8', or leave the picture out"
+            "a picture needs matplotlib: pip install 'matplotlib>=3.8', or give --no-picture"
         )
 
 
