@@ -93,8 +93,10 @@ def fit(
 ) -> None:
     """Recognise and fit the cloud in each FILE.
 
-    Exit status, the worst of the files: 0 fitted, 3 ambiguous, 4 no_fit, 2 bad input. After a bad file the
-    others are still done.
+    JSON is that of POST /fit, with its options if it holds any.
+
+    Exit status, the worst of the files: 0 fitted, 3 ambiguous, 4 no_fit, 2 bad input.
+    After a bad file the others are still done.
     """
     from rich.console import Console
 
@@ -157,7 +159,11 @@ def batch(
     if not targets:
         _complain("batch", "no .csv .npy .ply .txt .xyz file was found")
         raise typer.Exit(BAD_INPUT)
-    summary = run(targets, format, options, workers)
+    try:
+        summary = run(targets, format, options, workers)
+    except OSError as error:
+        _complain(str(error.filename or out), f"cannot be written: {error.strerror or error}")
+        raise typer.Exit(BAD_INPUT) from None
     for problem in summary.problems:
         _complain(problem.name, problem.message)
     counts = ", ".join(f"{summary.statuses[status]} {status}" for status in EXIT)

@@ -50,7 +50,7 @@ def fit(
     if classifier not in CLASSIFIERS:
         raise InvalidOptionError(f"classifier must be one of {', '.join(CLASSIFIERS)}", "classifier")
     config = Config(
-        kinds=KINDS if kinds is None else tuple(kinds),
+        kinds=KINDS if kinds is None else cast(tuple[str, ...], kinds),
         criterion=cast(Criterion, criterion),
         max_error=max_error,
         seed=seed,

@@ -38,7 +38,7 @@ class Cloud:
     ----------
     frame : carries primitives back to the input
     points : (N, 3) all points
-    working : (M, 3) the points without repetitions, or a random sample of a large cloud
+    working : (M, 3) the points, once each where many repeat, or a random sample of a large cloud
     sample : (S,) indices into `working`, in random order
     normals : (S, 3) unit normals there
     tolerance : size of the rounding of the coordinates

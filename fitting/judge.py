@@ -28,7 +28,10 @@ SMALLEST_INLIER_SHARE = 0.5
 """Share of the points that must be near a surface, plus what it may choose: twice its parameters."""
 
 LARGEST_STRUCTURE = 0.3
-"""Largest share of variance between patches that a surface which explains a cloud leaves."""
+"""Largest share of variance between patches that a surface which explains a cloud leaves ..."""
+
+CHANCE = 6.0
+"""... to which chance adds up to this over the number of points."""
 
 LARGEST_BIASED_STRUCTURE = 0.6
 """The same beside exact points: noise with a mean, as the benchmark has it, reaches 0.4 there."""
@@ -54,10 +57,14 @@ SAFE_EXACT_SHARE = 0.5
 LARGEST_DEFORMATION = 0.05
 """Rejected points of an otherwise exact surface may be structured if they are this close, in diagonals."""
 
-PATCHES = 16
-FEWEST_POINTS = 2 * PATCHES
+MOST_PATCHES = 16
+PATCH_POINTS = 8
 CLOSE_NEIGHBOURS = 3
-"""Structure is looked for between so many patches of at least two points, and among so many neighbours."""
+"""Structure is looked for between at most so many patches of at least so many points, and among so many
+neighbours; not at all in clouds of fewer than two patches."""
+
+HIGHEST_CORRELATION = 0.9
+"""Neighbours count as correlated by at most this when the effective number of points is derived."""
 
 EQUAL_SHARES = 0.1
 """Exact shares that differ by less than this, relatively, are equal."""
@@ -76,7 +83,7 @@ class Evidence:
     distance : (M,) signed distances of the working points
     exact : (M,) mask of the points on the surface within the rounding
     inlier : (M,) mask of the points not rejected as outliers
-    noise_scale : standard deviation of the inliers that are not exact
+    noise_scale : standard deviation of the core of the points that are not exact
     structure : share of the variance of the inliers' residuals that is between patches of the cloud, or
         follows a quadratic in space
     correlation : of the residuals of neighbouring inliers, 0 for independent noise
@@ -103,12 +110,12 @@ class Evidence:
             return cls(primitive, distance, exact, everything, 0.0 if exact.all() else noise, 0.0, 0.0, 0.0)
         noise_scale = 0.0 if exact.all() else trimmed_scale(absolute[~exact])
         if not exact.any():
-            noise_scale *= np.sqrt(len(absolute) / (len(absolute) - primitive.dof))
+            noise_scale *= float(np.sqrt(len(absolute) / (len(absolute) - primitive.dof)))
         nearby = SMALL_DEFORMATION * cloud.diagonal if exact.any() else cloud.tolerance
         inlier = exact | (absolute <= max(OUTLIER * noise_scale, nearby))
         seen = cloud.sample[(inlier & ~exact)[cloud.sample]]
         structure = correlation = trend = 0.0
-        if len(seen) >= FEWEST_POINTS:
+        if len(seen) >= 2 * PATCH_POINTS:
             points, residual = cloud.working[seen], distance[seen]
             feet = points - residual[:, None] * primitive.gradient(points)
             share, trend = _trend(primitive, feet, residual)
@@ -156,8 +163,8 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, sure: bool,
     n, primitive = len(cloud.working), evidence.primitive
     if n == primitive.dof and not only:
         return Verdict(Standing.REFUSED, f"{n} points determine it exactly and leave none to check it with")
-    share, least = evidence.inlier_share, SMALLEST_INLIER_SHARE + 2.0 * primitive.dof / n
-    if share < least and not evidence.exact.all():
+    share, least = evidence.inlier_share, min(SMALLEST_INLIER_SHARE + 2.0 * primitive.dof / n, 1.0)
+    if share < least:
         return Verdict(Standing.REFUSED, f"only {share:.0%} of the points are near it (at least {least:.0%})")
     if max_error is not None:
         return _by_threshold(evidence.mean_inlier_distance / cloud.diagonal, max_error)
@@ -196,8 +203,9 @@ def _by_exact_points(evidence: Evidence, diagonal: float) -> Verdict:
 def _by_noise(evidence: Evidence, diagonal: float, sure: bool) -> Verdict:
     """No point is exact: the residuals must be small and know nothing of each other."""
     spread = _spread(evidence, diagonal)
-    if evidence.structure > LARGEST_STRUCTURE:
-        limit = 1.0 / np.sqrt(1.0 - LARGEST_STRUCTURE)
+    largest = min(LARGEST_STRUCTURE + CHANCE / len(evidence.distance), LARGEST_BIASED_STRUCTURE)
+    if evidence.structure > largest:
+        limit = 1.0 / np.sqrt(1.0 - largest)
         return Verdict(Standing.REFUSED, f"the shape is systematically off: {spread} (at most {limit:.2f})")
     most = LARGEST_SCATTER * max(1.0 - 4.0 * evidence.primitive.dof / len(evidence.distance), 0.25)
     if evidence.noise_scale > most * diagonal:
@@ -231,7 +239,7 @@ def better(a: Evidence, b: Evidence, tolerance: float) -> float:
             return np.inf if a.exact_share > b.exact_share else -np.inf
         return np.inf if a.primitive.dof < b.primitive.dof else -np.inf
     common = a.inlier if a.noise_scale < b.noise_scale else b.inlier
-    n = int(common.sum()) / _points_alike(min(a.correlation, b.correlation))
+    n = max(int(common.sum()) / _points_alike(min(a.correlation, b.correlation)), 1.0)
     mean_a, mean_b = (float(np.mean(e.distance[common] ** 2)) + tolerance**2 for e in (a, b))
     return n * float(np.log(mean_b / mean_a)) + (b.primitive.dof - a.primitive.dof) * float(np.log(n))
 
@@ -244,7 +252,7 @@ def _points_alike(correlation: float) -> float:
     """
     if correlation <= 0.0:
         return 1.0
-    return 1.0 + 2.0 * np.pi / np.log(min(correlation, 0.9)) ** 2
+    return 1.0 + 2.0 * np.pi / float(np.log(min(correlation, HIGHEST_CORRELATION))) ** 2
 
 
 def summarize(
@@ -277,9 +285,9 @@ def _structure(feet: Array, residual: Array) -> float:
 
 
 def _patches(feet: Array) -> np.ndarray:
-    """Indices (PATCHES, n) of patches of equal size: halves along the widest axis, again and again."""
+    """Indices (k, n) of k patches of equal size: halves along the widest axis, again and again."""
     patches = [np.arange(len(feet))]
-    while len(patches) < PATCHES:
+    while len(patches) < MOST_PATCHES and len(feet) >= 2 * PATCH_POINTS * len(patches):
         halves = []
         for patch in patches:
             order = patch[np.argsort(feet[patch, np.argmax(np.ptp(feet[patch], axis=0))], kind="stable")]
@@ -309,8 +317,9 @@ def _trend(primitive: Primitive, feet: Array, residual: Array) -> tuple[float, f
     """How much a quadratic in space explains of the residuals, beyond the fit's own parameters.
 
     It sees what spans the whole cloud, such as the curvature of a shallow arc, which neighbours cannot tell
-    from noise. Returned are the share of the sum of squares that it explains, and the excess of that sum
-    over its mean under independent noise, where it follows chi^2, in standard deviations.
+    from noise. Returned are the share of the sum of squares that it explains, less what noise alone would
+    show, and the excess of that sum over its mean under independent noise, where it follows chi^2, in
+    standard deviations.
     """
     x, y, z = feet.T
     quadratic = np.stack([np.ones_like(x), x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], axis=1)
@@ -321,4 +330,5 @@ def _trend(primitive: Primitive, feet: Array, residual: Array) -> tuple[float, f
     if terms == 0 or variance == 0.0:
         return 0.0, 0.0
     explained = float(np.sum((beyond.T @ residual) ** 2)) / variance
-    return explained / len(residual), (explained - terms) / float(np.sqrt(2.0 * terms))
+    share = (explained - terms) / max(len(residual) - terms, 1)
+    return share, (explained - terms) / float(np.sqrt(2.0 * terms))

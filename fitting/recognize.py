@@ -18,7 +18,9 @@ from fitting.search import fit_kind
 DEFAULT_CONFIG = Config()
 
 SURE = 0.8
-"""Probability from which a kind that explains the cloud by noise alone is not held against the others."""
+"""Probability from which a kind that explains the cloud by noise alone is not held against the others.
+
+A single allowed kind needs none of it."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ def _advantage(a: _Try, b: _Try, tolerance: float) -> float:
 
 
 def _rivals(best: _Try, other: _Try, tolerance: float) -> bool:
-    """Whether the better try is so little better, and so little simpler, that neither is proven."""
+    """Whether the better try is no simpler and too little better to be proven."""
     assert best.evidence and other.evidence
     simpler = best.evidence.primitive.dof < other.evidence.primitive.dof
     return not simpler and _advantage(best, other, tolerance) < STRONG_EVIDENCE

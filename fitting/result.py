@@ -12,7 +12,7 @@ Outcome = Literal["accepted", "refused", "failed"]
 @dataclass(frozen=True)
 class ErrorSummary:
     """Orthogonal distances of all points, in the unit of the input; shares and noise are those of the
-    points that were judged, all distinct ones or a sample of 20,000.
+    points that were judged, all of them or a sample of 20,000.
 
     Attributes
     ----------
@@ -21,7 +21,7 @@ class ErrorSummary:
     inlier_share : share of the points not rejected as outliers
     exact_share : share of the points that lie on the surface within the resolution of the input; 0 where
         that many could lie there by accident
-    noise_scale : standard deviation of the inliers that are not exact; 0 where all of them are
+    noise_scale : standard deviation of the core of the points that are not exact; 0 where all are
     """
 
     rms: float

@@ -32,6 +32,7 @@ ENOUGH_EXACT = 0.3
 """If the best start finds an exact subset of this share, no other is annealed."""
 
 LEAST_SQUARES_STEPS = 500
+"""Steps after which plain least squares is given up."""
 
 MOST_ROUNDS = 5
 """Rounds of choosing points or a scale and refining on them."""
@@ -71,7 +72,7 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
         ).primitive
     best = anneal(starts[0], search, cloud.tolerance)
     if best.exact_share < ENOUGH_EXACT:
-        others = [anneal(start, search, cloud.tolerance) for start in distinct_starts(starts, cloud)]
+        others = [anneal(start, search, cloud.tolerance) for start in distinct_starts(starts[1:], cloud)]
         best = best_of([best, *others], search)
     if criterion == "least_squares":
         return least_squares(best.primitive, cloud.points)
@@ -142,7 +143,7 @@ def anneal(start: Primitive, points: Array, tolerance: float) -> Annealed:
 
 
 def best_of(ends: list[Annealed], points: Array) -> Annealed:
-    """The end with the largest exact subset, or else with the least robust cost at one common scale."""
+    """The end with the largest exact subset, or else with the least robust cost at the smallest median."""
     best = max(ends, key=lambda end: end.exact_share)
     if best.exact_share > 0.0:
         return best

@@ -19,9 +19,7 @@ class MissingMatplotlibError(ImportError):
     """matplotlib is not installed."""
 
     def __init__(self) -> None:
-        super().__init__(
-            "a picture needs matplotlib: pip install 'matplotlib>=3.8', or leave the picture out"
-        )
+        super().__init__("a picture needs matplotlib: pip install 'matplotlib>=3.8', or give --no-picture")
 
 
 def require_matplotlib() -> None:

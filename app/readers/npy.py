@@ -2,6 +2,7 @@
 
 import io
 import math
+import warnings
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,8 @@ def _header(data: memoryview) -> tuple[tuple[int, ...], bool, np.dtype[Any], int
     try:
         version = npy_format.read_magic(stream)
         read = {1: npy_format.read_array_header_1_0, 2: npy_format.read_array_header_2_0}[version[0]]
-        shape, fortran, dtype = read(stream, max_header_size=_HEADER_LIMIT)
+        with warnings.catch_warnings(action="ignore"):  # headers written by Python 2
+            shape, fortran, dtype = read(stream, max_header_size=_HEADER_LIMIT)
     except Exception as error:  # Python's own parser reads the header: it fails in many ways
         raise UnreadableFileError("file", "the NPY header cannot be read, or is over 64 KiB") from error
     if any(isinstance(side, bool) or side < 0 for side in shape):

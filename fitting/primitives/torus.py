@@ -24,8 +24,11 @@ SMALLEST_MAJOR = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Torus:
-    """A torus; positive outside the tube. with `major_radius` below `minor_radius` a
-    spindle torus, of which the outer sheet counts (`surface` gives the inner one, too)."""
+    """A torus; positive outside the tube.
+
+    With `major_radius` below `minor_radius` it is a spindle torus, of which the outer sheet counts
+    (`surface` gives the inner one, too).
+    """
 
     center: Array
     axis: Array

@@ -103,3 +103,10 @@ def test_an_empty_folder_is_said(tmp_path: Path) -> None:
     result = run("batch", tmp_path, "--out", tmp_path / "out")
     assert result.exit_code == 2
     assert "no .csv" in result.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_said_plainly(clouds: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way\n")
+    result = run("batch", clouds / "a", "--out", tmp_path / "file" / "inner", "--workers", 1)
+    assert result.exit_code == 2
+    assert "cannot be written" in result.stderr and len(result.stderr.splitlines()) == 1

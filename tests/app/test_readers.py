@@ -220,3 +220,8 @@ def test_mutated_files_are_read_or_refused_and_never_crash(data: st.DataObject) 
         whole[start:end] = data.draw(st.binary(max_size=20) | letters)
     with suppress(UnreadableFileError):
         assert np.isfinite(read(bytes(whole), max_points=1000).points).all()
+
+
+def test_npy_of_python_2_is_read_without_a_warning() -> None:
+    data = _npy(np.arange(12.0).reshape(4, 3)).replace(b"(4, 3), }  ", b"(4L, 3L), }")
+    assert read(data).points.shape == (4, 3)

@@ -151,6 +151,14 @@ def test_a_few_random_points_are_no_surface(n: int) -> None:
     assert answer.status == "no_fit"
 
 
+@pytest.mark.parametrize("n", [5, 8, 14])
+def test_a_few_noisy_points_are_fitted_when_the_kind_is_given(n: int) -> None:
+    points = noisy(EXAMPLES["sphere"], n, 0.001)
+    answer = recognize(points, Config(kinds=("sphere",)))
+    assert answer.status == "fitted" and answer.primitive is not None
+    assert parameters(answer.primitive)["radius"] == pytest.approx(1.3, abs=0.05)
+
+
 @examples
 def test_fifty_noisy_points_are_enough(primitive: Primitive) -> None:
     answer = recognize(noisy(primitive, 50, 0.01))
