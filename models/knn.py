@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fitting.primitives import KINDS
-from models.features import N_FEATURES, features
-from models.weights import load
+from models.classifier import FeatureClassifier
+from models.features import N_FEATURES
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class Embedding:
         return np.clip((rows - self.mean) / self.scale, -CLIP, CLIP) @ self.projection
 
 
-class KnnClassifier:
+class KnnClassifier(FeatureClassifier):
     """k nearest neighbours; `sha256` names the weights.
 
     Parameters
@@ -49,10 +49,12 @@ class KnnClassifier:
     sha256 : of the weights
     """
 
+    NAME = "knn"
+
     def __init__(self, arrays: Mapping[str, NDArray[Any]], sha256: str = "") -> None:
         from sklearn.neighbors import KDTree  # slow to import, and not needed by whoever asks no k-NN
 
-        self.sha256 = sha256
+        super().__init__(arrays, sha256)
         self.embedding = Embedding(
             *(arrays[name].astype(np.float64) for name in ("mean", "scale", "projection"))
         )
@@ -61,22 +63,6 @@ class KnnClassifier:
         self.neighbours = min(NEIGHBOURS, len(self.labels))
         if self.embedding.projection.shape[0] != N_FEATURES:
             raise ValueError(f"a projection of {N_FEATURES} features is needed")
-
-    @classmethod
-    def shipped(cls) -> "KnnClassifier":
-        """The shipped classifier; raises `WeightsMismatchError` when its weights do not fit the code."""
-        arrays, card = load("knn")
-        return cls(arrays, card.sha256)
-
-    def rank(self, points: Array, normals: Array) -> dict[str, float]:
-        """Probabilities of the kinds, summing to 1.
-
-        Parameters
-        ----------
-        points : (N, 3), any frame and unit
-        normals : (N, 3) unit normals, signs arbitrary
-        """
-        return dict(zip(KINDS, self.probabilities(features(points, normals)[None])[0].tolist(), strict=True))
 
     def probabilities(self, rows: Array) -> Array:
         """(M, N_FEATURES) -> (M, 5): smoothed shares of the votes."""

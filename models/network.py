@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fitting.primitives import KINDS
-from models.features import N_FEATURES, features
-from models.weights import load
+from models.classifier import FeatureClassifier
+from models.features import N_FEATURES
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ LEAST = 1e-4
 """Probability that no kind falls below: none is ever impossible."""
 
 
-class NetworkClassifier:
+class NetworkClassifier(FeatureClassifier):
     """Fully connected layers with ReLU between them; `sha256` names the weights.
 
     Parameters
@@ -29,8 +29,10 @@ class NetworkClassifier:
     sha256 : of the weights
     """
 
+    NAME = "network"
+
     def __init__(self, arrays: Mapping[str, NDArray[Any]], sha256: str = "") -> None:
-        self.sha256 = sha256
+        super().__init__(arrays, sha256)
         wide = {name: np.asarray(values, np.float64) for name, values in arrays.items()}
         self.mean, self.scale = wide["mean"], wide["scale"]
         self.temperature = float(wide["temperature"][0])
@@ -44,22 +46,6 @@ class NetworkClassifier:
                 raise ValueError(f"a layer of weights {shape} is needed, not {weight.shape}")
         if not self.temperature > 0.0:
             raise ValueError(f"the temperature must be positive, not {self.temperature}")
-
-    @classmethod
-    def shipped(cls) -> "NetworkClassifier":
-        """The shipped classifier; raises `WeightsMismatchError` when its weights do not fit the code."""
-        arrays, card = load("network")
-        return cls(arrays, card.sha256)
-
-    def rank(self, points: Array, normals: Array) -> dict[str, float]:
-        """Calibrated probabilities of the kinds, summing to 1.
-
-        Parameters
-        ----------
-        points : (N, 3), any frame and unit
-        normals : (N, 3) unit normals, signs arbitrary
-        """
-        return dict(zip(KINDS, self.probabilities(features(points, normals)[None])[0].tolist(), strict=True))
 
     def logits(self, rows: Array) -> Array:
         """(M, N_FEATURES) -> (M, 5), before the temperature."""

@@ -11,7 +11,6 @@ from numpy.lib import format as npy_format
 from app.readers.cloud import Cloud, build_cloud, check_count, count_columns, find_columns
 from app.readers.errors import InvalidPointsError, UnreadableFileError
 
-MAGIC = b"\x93NUMPY"
 _HEADER_LIMIT = 64 * 1024
 
 
