@@ -8,6 +8,8 @@ Array = NDArray[np.float64]
 SIGN_TOLERANCE = 1e-9
 """Components of a direction below this magnitude do not decide its sign."""
 
+Z_AXIS: Array = np.array([0.0, 0.0, 1.0])
+
 TINY = 1e-300
 """Added where a distance is divided by, so that points on an axis give 0 instead of NaN."""
 
@@ -74,6 +76,13 @@ def around_axis(points: Array, origin: Array, axis: Array) -> tuple[Array, Array
     radial = relative - height[:, None] * axis
     rho = np.sqrt(np.einsum("ij,ij->i", radial, radial))
     return radial, rho, height
+
+
+def row(
+    direction: Array, anchor: Array, angle: float = 0.0, major: float = 0.0, offset: float = 0.0
+) -> Array:
+    """The nine numbers of a surface in `fitting._descent`."""
+    return np.array([*direction, *anchor, angle, major, offset], np.float64)
 
 
 def foot_of_origin(point: Array, axis: Array) -> Array:

@@ -16,6 +16,7 @@ from fitting.cloud import Cloud
 from fitting.geometry import Array
 from fitting.noise import exact_points, trimmed_scale
 from fitting.primitives import Primitive
+from fitting.refine import linearize
 from fitting.result import ErrorSummary
 
 OUTLIER = 4.0
@@ -323,7 +324,7 @@ def _trend(primitive: Primitive, feet: Array, residual: Array) -> tuple[float, f
     """
     x, y, z = feet.T
     quadratic = np.stack([np.ones_like(x), x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], axis=1)
-    fitted = np.linalg.qr(primitive.linearize(feet)[1])[0]
+    fitted = np.linalg.qr(linearize(primitive, feet)[1])[0]
     beyond, sizes, _ = np.linalg.svd(quadratic - fitted @ (fitted.T @ quadratic), full_matrices=False)
     beyond = beyond[:, sizes > 1e-6 * np.sqrt(len(feet))]
     terms, variance = beyond.shape[1], float(np.mean(residual**2))

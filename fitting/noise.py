@@ -14,7 +14,7 @@ LEAST_EXACT = 0.03
 """Smallest share of a cloud that counts as an exact subset."""
 
 TRIM = 2.5
-_TRIMMED_DEVIATION = 0.9545975
+TRIMMED_DEVIATION = 0.9545975
 """Standard deviation of a unit normal variable cut at +-TRIM."""
 
 
@@ -52,7 +52,7 @@ def trimmed_scale(distance: Array) -> float:
         core = distance[distance <= TRIM * scale]
         if len(core) == 0 or scale == 0.0:
             return scale
-        new_scale = float(np.sqrt(np.mean(core**2))) / _TRIMMED_DEVIATION
+        new_scale = float(np.sqrt(np.mean(core**2))) / TRIMMED_DEVIATION
         if abs(new_scale - scale) <= 1e-3 * scale:
             return new_scale
         scale = new_scale

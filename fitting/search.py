@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting import _descent
 from fitting.cloud import Cloud
 from fitting.geometry import TINY, Array
-from fitting.kernels import GemanMcClure, Kernel, LeastSquares, Tukey
-from fitting.noise import exact_points, trimmed_scale
+from fitting.kernels import Kernel
+from fitting.noise import TRIM, TRIMMED_DEVIATION, exact_points, trimmed_scale
 from fitting.primitives import PRIMITIVES, Primitive
-from fitting.refine import refine
+from fitting.refine import CODES, refine
 from fitting.result import FailedFit
 
 GUESS_POINTS = 160
@@ -62,54 +63,54 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
         return FailedFit(f"{len(cloud.working)} distinct points do not determine a {kind}, which takes {dof}")
     if cloud.flat and kind != "plane":
         return FailedFit(f"the points lie in one plane and do not determine a {kind}")
-    search = cloud.working[cloud.sample[:SEARCH_POINTS]]
     starts = ranked_starts(kind, cloud, rng)
-    if not starts:
+    if not len(starts):
         return FailedFit(f"no {kind} could be started from these points")
     if cloud.is_small(dof):
+        surfaces = (PRIMITIVES[kind].from_row(row) for row in starts)
         return min(
-            (refine(start, cloud.points) for start in starts), key=lambda refined: refined.cost
+            (refine(each, cloud.points) for each in surfaces), key=lambda refined: refined.cost
         ).primitive
-    best = anneal(starts[0], search, cloud.tolerance)
+    search = cloud.working[cloud.sample[:SEARCH_POINTS]]
+    best = anneal(kind, starts[0], search, cloud.tolerance)
     if best.exact_share < ENOUGH_EXACT:
-        others = [anneal(start, search, cloud.tolerance) for start in distinct_starts(starts[1:], cloud)]
-        best = best_of([best, *others], search)
+        others = distinct_starts(kind, starts[1:], cloud)
+        best = best_of([best, *(anneal(kind, row, search, cloud.tolerance) for row in others)], search)
     if criterion == "least_squares":
         return least_squares(best.primitive, cloud.points)
     return polish(best.primitive, cloud)
 
 
-def ranked_starts(kind: str, cloud: Cloud, rng: np.random.Generator) -> list[Primitive]:
-    """Initial guesses after two robust steps each, the best first."""
+def ranked_starts(kind: str, cloud: Cloud, rng: np.random.Generator) -> Array:
+    """Rows (K, 9) of initial guesses after two robust steps each, the best first."""
     points = cloud.working[cloud.sample[:GUESS_POINTS]]
     guesses = PRIMITIVES[kind].initial_guesses(points, cloud.normals[:GUESS_POINTS], rng)
-    return [start for _, start in _stepped(guesses, points, cloud.tolerance, iterations=2)]
+    return _settled(
+        kind, np.array([guess.row() for guess in guesses]), points, cloud.tolerance, iterations=2
+    )[0]
 
 
-def distinct_starts(starts: list[Primitive], cloud: Cloud) -> list[Primitive]:
+def distinct_starts(kind: str, starts: Array, cloud: Cloud) -> list[Array]:
     """Of the better starts, after some more steps, the best few that have not come to the same end."""
     points = cloud.working[cloud.sample[:GUESS_POINTS]]
-    chosen: list[Primitive] = []
+    chosen: list[Array] = []
     ends: list[Array] = []
-    for _, start in _stepped(starts[:SETTLED_STARTS], points, cloud.tolerance, iterations=8):
-        end = np.abs(start.signed_distance(points))
-        if all(np.linalg.norm(end - other) > SAME_END * np.linalg.norm(other) for other in ends):
-            chosen.append(start)
-            ends.append(end)
+    rows, distances = _settled(kind, starts[:SETTLED_STARTS], points, cloud.tolerance, iterations=8)
+    for row, distance in zip(rows, np.abs(distances), strict=True):
+        if all(np.linalg.norm(distance - other) > SAME_END * np.linalg.norm(other) for other in ends):
+            chosen.append(row)
+            ends.append(distance)
     return chosen[:STARTS]
 
 
-def _stepped(
-    starts: list[Primitive], points: Array, tolerance: float, iterations: int
-) -> list[tuple[float, Primitive]]:
-    """The starts after some robust steps at twice their median distance, with their costs, the best first."""
-    stepped = []
-    for start in starts:
-        scale = 2.0 * float(np.median(np.abs(start.signed_distance(points))))
-        if np.isfinite(scale):
-            better = refine(start, points, GemanMcClure(), max(scale, tolerance), iterations).primitive
-            stepped.append((log_cost(np.abs(better.signed_distance(points)), 1e-3), better))
-    return sorted(stepped, key=lambda pair: pair[0])
+def _settled(kind: str, rows: Array, points: Array, tolerance: float, iterations: int) -> tuple[Array, Array]:
+    """The rows after some robust steps at twice their median distance, with distances, the best first."""
+    if not len(rows):
+        return rows, np.empty((0, len(points)))
+    rows, distances = _descent.settle(CODES[kind], rows, points, tolerance, 2.0, 1, iterations)
+    costs = [log_cost(np.abs(each), 1e-3) for each in distances]
+    order = [k for k in np.argsort(costs, kind="stable") if np.isfinite(costs[k])]
+    return rows[order], distances[order]
 
 
 def log_cost(distance: Array, smallest: float) -> float:
@@ -117,29 +118,21 @@ def log_cost(distance: Array, smallest: float) -> float:
     return float(np.mean(np.log(distance + smallest)))
 
 
-def anneal(start: Primitive, points: Array, tolerance: float) -> Annealed:
+def anneal(kind: str, row: Array, points: Array, tolerance: float) -> Annealed:
     """Refine under a Geman-McClure kernel whose scale shrinks to the noise, and on to an exact subset.
 
     Source: graduated non-convexity, Black and Rangarajan, IJCV 19, 1996; Yang et al., IEEE RA-L 5, 2020.
     """
-    kernel: Kernel = GemanMcClure()
-    need = max(2 * start.dof + 2, LOST * len(points))
-    primitive, at_noise = start, None
-    distance = np.abs(primitive.signed_distance(points))
-    scale = max(2.0 * float(np.median(distance)), tolerance)
-    while True:
-        primitive = refine(primitive, points, kernel, scale, max_iterations=2).primitive
-        distance = np.abs(primitive.signed_distance(points))
-        if at_noise is None and scale < AT_NOISE * trimmed_scale(distance):
-            at_noise = primitive
-        inside = distance[distance < scale]
-        if len(inside) < need or scale <= tolerance:
-            break
-        scale = max(tolerance, min(SHRINK * scale, LOCKED * float(np.median(inside))))
-    exact = exact_points(distance, tolerance, start.dof)
+    dof = PRIMITIVES[kind].dof
+    need = max(2 * dof + 2, int(np.ceil(LOST * len(points))))
+    row, at_noise = _descent.anneal(
+        CODES[kind], row, points, tolerance, SHRINK, LOCKED, AT_NOISE, need, TRIM, TRIMMED_DEVIATION
+    )
+    primitive = PRIMITIVES[kind].from_row(row)
+    exact = exact_points(np.abs(primitive.signed_distance(points)), tolerance, dof)
     if exact.any():
         return Annealed(primitive, float(exact.mean()))
-    return Annealed(at_noise or primitive, 0.0)
+    return Annealed(primitive if at_noise is None else PRIMITIVES[kind].from_row(at_noise), 0.0)
 
 
 def best_of(ends: list[Annealed], points: Array) -> Annealed:
@@ -149,13 +142,12 @@ def best_of(ends: list[Annealed], points: Array) -> Annealed:
         return best
     squared = [end.primitive.signed_distance(points) ** 2 for end in ends]
     scale2 = max(min(float(np.median(each)) for each in squared), TINY)
-    kernel = Tukey()
-    return ends[int(np.argmin([kernel.rho(each / scale2).sum() for each in squared]))]
+    return ends[int(np.argmin([Kernel.TUKEY.rho(each / scale2).sum() for each in squared]))]
 
 
 def least_squares(start: Primitive, points: Array) -> Primitive | FailedFit:
     """Plain least squares over all points, or a failure where it does not come to rest."""
-    refined = refine(start, points, LeastSquares(), max_iterations=LEAST_SQUARES_STEPS)
+    refined = refine(start, points, Kernel.LEAST_SQUARES, max_iterations=LEAST_SQUARES_STEPS)
     if not refined.converged:
         return FailedFit(
             f"least squares on a {start.kind} did not come to rest in {LEAST_SQUARES_STEPS} steps"
@@ -187,9 +179,9 @@ def _polish_noisy(primitive: Primitive, cloud: Cloud) -> Primitive:
     for _ in range(MOST_ROUNDS):
         before, scale = scale, trimmed_scale(np.abs(primitive.signed_distance(cloud.working)))
         scale = max(scale, cloud.tolerance)
-        primitive = refine(primitive, cloud.working, Tukey(), scale).primitive
+        primitive = refine(primitive, cloud.working, Kernel.TUKEY, scale).primitive
         if abs(scale - before) <= 1e-3 * scale:
             break
     if len(cloud.points) == len(cloud.working):
         return primitive
-    return refine(primitive, cloud.points, Tukey(), scale).primitive
+    return refine(primitive, cloud.points, Kernel.TUKEY, scale).primitive

@@ -29,16 +29,13 @@ class Primitive(Protocol):
         """Unit gradients (N, 3) of the signed distance: x - d * gradient is the closest surface point."""
         ...
 
-    def linearize(self, points: Array) -> tuple[Array, Array]:
-        """Signed distances (N,) and their derivatives (N, dof) by a step in minimal coordinates.
-
-        The coordinates turn an axis about the point of it that lies closest to the origin (a torus about
-        its centre), so the points should be centred there.
-        """
+    def row(self) -> Array:
+        """The surface as the nine numbers that the compiled search steps in; see `fitting._descent`."""
         ...
 
-    def stepped(self, step: Array) -> Self:
-        """The surface after a step of shape (dof,) in the coordinates of `linearize`."""
+    @classmethod
+    def from_row(cls, row: Array) -> Self:
+        """The surface of such a row."""
         ...
 
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:

@@ -4,7 +4,7 @@ With the apex c, the unit axis a, h = a . (x - c), rho = distance to the axis an
 signed distance is  d(x) = rho cos t - h sin t, and |x - c| where the apex is the closest point, that is
 where  h cos t + rho sin t < 0.
 
-Steps are taken in the foot f of the origin on the axis, the angle t and the offset
+Its row holds the foot f of the origin on the axis, the angle t and the offset
 s = (apex distance below f) * sin t, for which d = rho cos t - h_f sin t - s: as t goes to 0 that is a
 cylinder of radius s, not an apex at infinity.
 """
@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fitting.axes import axis_directions, in_bases, robust_linear_solve
-from fitting.geometry import TINY, Array, around_axis, basis, foot_of_origin, tilted, unit, vector
+from fitting.geometry import TINY, Array, around_axis, basis, foot_of_origin, row, unit, vector
 
 SMALLEST_ANGLE = 1e-9
 """Half-angles are kept this far [rad] from 0 and from 90 degrees, where the apex or the nappe is lost."""
@@ -54,51 +54,13 @@ class Cone:
         from_apex = (points - self.apex) / (np.hypot(rho, height) + TINY)[:, None]
         return np.where((height * cosine + rho * sine < 0.0)[:, None], from_apex, lateral)
 
-    def linearize(self, points: Array) -> tuple[Array, Array]:
-        """Distance and its derivative by (tilt u, tilt v, shift u, shift v, half-angle, offset).
+    def row(self) -> Array:
+        offset = -(self.apex @ self.axis) * np.sin(self.half_angle)
+        return row(self.axis, foot_of_origin(self.apex, self.axis), self.half_angle, offset=offset)
 
-        On the nappe  d = rho cos t - h sin t - s  gives, for a tilt da,  -h (q.da)/rho cos t - (q.da) sin t;
-        for a shift df,  -(q.df)/rho cos t;  dt: -rho sin t - h cos t;  ds: -1.  Where the apex is closest,
-        dd = -w . dc with w the unit vector from the apex, c = f + H a and H = -s / sin t.
-        """
-        u, v = basis(self.axis)
-        foot = foot_of_origin(self.apex, self.axis)
-        radial, rho, height = around_axis(points, foot, self.axis)
-        sine, cosine = np.sin(self.half_angle), np.cos(self.half_angle)
-        apex_height = self.apex @ self.axis
-        along_u, along_v = radial @ u, radial @ v
-        lean = -(height * cosine) / (rho + TINY) - sine
-        jacobian = np.empty((len(points), 6))
-        jacobian[:, 0] = along_u * lean
-        jacobian[:, 1] = along_v * lean
-        jacobian[:, 2] = -along_u / (rho + TINY) * cosine
-        jacobian[:, 3] = -along_v / (rho + TINY) * cosine
-        jacobian[:, 4] = -rho * sine - height * cosine
-        jacobian[:, 5] = -1.0
-        distance = rho * cosine - (height - apex_height) * sine
-        behind = (height - apex_height) * cosine + rho * sine < 0.0
-        if np.any(behind):
-            from_apex = points[behind] - self.apex
-            distance[behind] = length = np.sqrt(np.einsum("ij,ij->i", from_apex, from_apex))
-            away = -from_apex / (length + TINY)[:, None]
-            jacobian[behind, 0] = apex_height * (away @ u)
-            jacobian[behind, 1] = apex_height * (away @ v)
-            jacobian[behind, 2] = away @ u
-            jacobian[behind, 3] = away @ v
-            jacobian[behind, 4] = -(away @ self.axis) * apex_height * cosine / sine
-            jacobian[behind, 5] = -(away @ self.axis) / sine
-        return distance, jacobian
-
-    def stepped(self, step: Array) -> Self:
-        u, v = basis(self.axis)
-        foot = foot_of_origin(self.apex, self.axis) + step[2] * u + step[3] * v
-        angle = self.half_angle + step[4]
-        offset = -(self.apex @ self.axis) * np.sin(self.half_angle) + step[5]
-        axis = tilted(self.axis, step[0], step[1])
-        if angle < 0.0:
-            axis, angle = -axis, -angle
-        angle = min(max(angle, SMALLEST_ANGLE), np.pi / 2 - SMALLEST_ANGLE)
-        return type(self)(foot - offset / np.sin(angle) * axis, axis, angle)
+    @classmethod
+    def from_row(cls, row: Array) -> Self:
+        return cls(row[3:6] - row[8] / np.sin(row[6]) * row[:3], row[:3], row[6])
 
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
         return type(self)(scale * (rotation @ self.apex) + translation, rotation @ self.axis, self.half_angle)

@@ -17,7 +17,7 @@ from fitting.geometry import (
     basis,
     canonical_direction,
     foot_of_origin,
-    tilted,
+    row,
     unit,
     vector,
 )
@@ -50,27 +50,12 @@ class Cylinder:
         radial, rho, _ = around_axis(points, self.point, self.axis)
         return radial / (rho + TINY)[:, None]
 
-    def linearize(self, points: Array) -> tuple[Array, Array]:
-        """Distance and its derivative by (tilt u, tilt v, shift u, shift v, radius).
+    def row(self) -> Array:
+        return row(self.axis, foot_of_origin(self.point, self.axis), offset=self.radius)
 
-        The axis turns about the foot f of the origin. A tilt da changes q by -h da - (x.da) a, and q is
-        orthogonal to a, so  drho = -h (q.da)/rho;  a shift df of the axis gives  drho = -(q.df)/rho.
-        """
-        u, v = basis(self.axis)
-        radial, rho, height = around_axis(points, foot_of_origin(self.point, self.axis), self.axis)
-        outward = radial / (rho + TINY)[:, None]
-        jacobian = np.empty((len(points), 5))
-        jacobian[:, 2] = -(outward @ u)
-        jacobian[:, 3] = -(outward @ v)
-        jacobian[:, 0] = height * jacobian[:, 2]
-        jacobian[:, 1] = height * jacobian[:, 3]
-        jacobian[:, 4] = -1.0
-        return rho - self.radius, jacobian
-
-    def stepped(self, step: Array) -> Self:
-        u, v = basis(self.axis)
-        foot = foot_of_origin(self.point, self.axis) + step[2] * u + step[3] * v
-        return type(self)(tilted(self.axis, step[0], step[1]), foot, abs(self.radius + step[4]))
+    @classmethod
+    def from_row(cls, row: Array) -> Self:
+        return cls(row[:3], row[3:6], row[8])
 
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
         return type(self)(

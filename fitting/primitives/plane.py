@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fitting.axes import random_subsets
-from fitting.geometry import Array, basis, canonical_direction, tilted, unit, vector
+from fitting.geometry import Array, basis, canonical_direction, row, unit, vector
 
 RANDOM_PLANES = 24
 
@@ -34,22 +34,12 @@ class Plane:
     def gradient(self, points: Array) -> Array:
         return np.broadcast_to(self.normal, points.shape)
 
-    def linearize(self, points: Array) -> tuple[Array, Array]:
-        """Distance and its derivative by (tilt u, tilt v, offset), turned about the foot of the origin.
+    def row(self) -> Array:
+        return row(self.normal, self.point)
 
-        With n' = n + a u + b v and the foot f = n (n . p) moved by c n:  dd = a u.x + b v.x - c, because
-        f is along n and so u.f = v.f = 0.
-        """
-        u, v = basis(self.normal)
-        jacobian = np.empty((len(points), 3))
-        jacobian[:, 0] = points @ u
-        jacobian[:, 1] = points @ v
-        jacobian[:, 2] = -1.0
-        return self.signed_distance(points), jacobian
-
-    def stepped(self, step: Array) -> Self:
-        foot = (self.normal @ self.point + step[2]) * self.normal
-        return type(self)(tilted(self.normal, step[0], step[1]), foot)
+    @classmethod
+    def from_row(cls, row: Array) -> Self:
+        return cls(row[:3], row[3:6])
 
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
         return type(self)(rotation @ self.normal, scale * (rotation @ self.point) + translation)

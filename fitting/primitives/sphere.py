@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fitting.axes import random_subsets, robust_linear_solve
-from fitting.geometry import TINY, Array, vector
+from fitting.geometry import TINY, Z_AXIS, Array, row, vector
 
 PLANE_LIKE = 5.0
 """A radius beyond this many extents asks for a look at the plane."""
@@ -39,17 +39,12 @@ class Sphere:
         relative = points - self.center
         return relative / (np.linalg.norm(relative, axis=1) + TINY)[:, None]
 
-    def linearize(self, points: Array) -> tuple[Array, Array]:
-        """Distance and its derivative by (centre, radius):  dd = -(x - c)/|x - c| . dc - dr."""
-        relative = points - self.center
-        length = np.sqrt(np.einsum("ij,ij->i", relative, relative))
-        jacobian = np.empty((len(points), 4))
-        jacobian[:, :3] = -relative / (length + TINY)[:, None]
-        jacobian[:, 3] = -1.0
-        return length - self.radius, jacobian
+    def row(self) -> Array:
+        return row(Z_AXIS, self.center, offset=self.radius)
 
-    def stepped(self, step: Array) -> Self:
-        return type(self)(self.center + step[:3], abs(self.radius + step[3]))
+    @classmethod
+    def from_row(cls, row: Array) -> Self:
+        return cls(row[3:6], row[8])
 
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
         return type(self)(scale * (rotation @ self.center) + translation, scale * self.radius)

@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fitting.axes import axis_directions, circles, in_bases, revolution_axis, robust_linear_solve
-from fitting.geometry import TINY, Array, around_axis, basis, canonical_direction, tilted, unit, vector
+from fitting.geometry import TINY, Array, around_axis, basis, canonical_direction, row, unit, vector
 
 CYLINDER_LIKE = 5.0
 """A major radius beyond this many extents asks for a look at the cylinder."""
@@ -54,39 +54,12 @@ class Torus:
         outward = ((rho - self.major_radius) / tube / (rho + TINY))[:, None] * radial
         return outward + (height / tube)[:, None] * self.axis
 
-    def linearize(self, points: Array) -> tuple[Array, Array]:
-        """Distance and its derivative by (tilt u, tilt v, shift u, shift v, shift a, major, minor radius).
+    def row(self) -> Array:
+        return row(self.axis, self.center, major=self.major_radius, offset=self.minor_radius)
 
-        With g = (rho - R, h) / w:  dd = g0 drho + g1 dh;  a tilt da about the centre gives
-        drho = -h (q.da)/rho, dh = q.da;  a shift df across the axis  drho = -(q.df)/rho, dh = 0;
-        along it  drho = 0, dh = -1;  dR: -g0;  dr: -1.
-        """
-        u, v = basis(self.axis)
-        radial, rho, height = around_axis(points, self.center, self.axis)
-        tube = np.hypot(rho - self.major_radius, height)
-        g_rho = (rho - self.major_radius) / (tube + TINY)
-        g_height = height / (tube + TINY)
-        along_u, along_v = radial @ u, radial @ v
-        per_rho = g_rho / (rho + TINY)
-        lean = g_height - height * per_rho
-        jacobian = np.empty((len(points), 7))
-        jacobian[:, 0] = along_u * lean
-        jacobian[:, 1] = along_v * lean
-        jacobian[:, 2] = -along_u * per_rho
-        jacobian[:, 3] = -along_v * per_rho
-        jacobian[:, 4] = -g_height
-        jacobian[:, 5] = -g_rho
-        jacobian[:, 6] = -1.0
-        return tube - self.minor_radius, jacobian
-
-    def stepped(self, step: Array) -> Self:
-        u, v = basis(self.axis)
-        return type(self)(
-            self.center + step[2] * u + step[3] * v + step[4] * self.axis,
-            tilted(self.axis, step[0], step[1]),
-            abs(self.major_radius + step[5]),
-            abs(self.minor_radius + step[6]),
-        )
+    @classmethod
+    def from_row(cls, row: Array) -> Self:
+        return cls(row[3:6], row[:3], row[7], row[8])
 
     def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
         return type(self)(

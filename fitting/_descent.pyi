@@ -1,0 +1,24 @@
+from fitting.geometry import Array
+
+def costs(kernel: int, squared: Array) -> tuple[Array, Array]: ...
+def distances(kind: int, rows: Array, points: Array) -> Array: ...
+def derivatives(kind: int, row: Array, points: Array) -> tuple[Array, Array]: ...
+def stepped(kind: int, row: Array, step: Array) -> Array: ...
+def refine(
+    kind: int, row: Array, points: Array, kernel: int, scale: float, max_iterations: int
+) -> tuple[Array, float, bool]: ...
+def settle(
+    kind: int, rows: Array, points: Array, smallest: float, widths: float, rounds: int, iterations: int
+) -> tuple[Array, Array]: ...
+def anneal(
+    kind: int,
+    row: Array,
+    points: Array,
+    tolerance: float,
+    shrink: float,
+    locked: float,
+    at_noise: float,
+    need: int,
+    trim: float,
+    deviation: float,
+) -> tuple[Array, Array | None]: ...
