@@ -61,27 +61,31 @@ image:
 	$(ENGINE) build --build-arg BASE_IMAGE=$(BASE_IMAGE) $(IMAGE_FLAGS) --tag primfit:$(VERSION) .
 
 clean:
-	rm -rf $(VENV) $(VENV_TORCH) build dist primfit.egg-info
+	rm -rf $(VENV) $(VENV_TORCH) build dist primfit.egg-info fitting/_descent.c fitting/_descent.*.so
 
-# A virtual environment and, in it, one stamp for each thing installed; all are redone when pyproject.toml changes.
+# A virtual environment and, in it, one stamp for each thing installed; all are redone when pyproject.toml or
+# what is compiled changes.
+BUILT = pyproject.toml $(wildcard fitting/*.pyx)
+
 %/.python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "primfit needs Python 3.11 or newer, but $(PYTHON) is " + sys.version.split()[0] + ". Name a newer one: make PYTHON=python3.12 $(MAKECMDGOALS)")'
+	@command -v $${CC:-cc} >/dev/null || { echo 'primfit needs a C compiler: on Debian and Ubuntu, apt install gcc libc6-dev python3-dev' >&2; exit 1; }
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo 'primfit needs the venv module of $(PYTHON): on Debian and Ubuntu, apt install python3-venv' >&2; exit 1; }
 	@echo 'creating $*'
 	@$(PYTHON) -m venv $*
 	@touch $@
 
-$(VENV)/.serving: pyproject.toml | $(VENV)/.python
+$(VENV)/.serving: $(BUILT) | $(VENV)/.python
 	@echo 'installing primfit into $(VENV) (about a minute, once)'
 	@$(VENV)/bin/python $(PIP_INSTALL) --editable .
 	@touch $@
 
-$(VENV)/.dev: pyproject.toml | $(VENV)/.python
+$(VENV)/.dev: $(BUILT) | $(VENV)/.python
 	@echo 'installing primfit and its development tools into $(VENV) (about two minutes, once)'
 	@$(VENV)/bin/python $(PIP_INSTALL) --editable '.[dev]'
 	@touch $(VENV)/.serving $@
 
-$(VENV_TORCH)/.torch: pyproject.toml | $(VENV_TORCH)/.python
+$(VENV_TORCH)/.torch: $(BUILT) | $(VENV_TORCH)/.python
 	@echo 'installing primfit and torch into $(VENV_TORCH) (a few minutes, once)'
 	@$(VENV_TORCH)/bin/python $(PIP_INSTALL) --editable '.[dev,train]' '$(TORCH)'
 	@touch $@
