@@ -40,9 +40,21 @@ from libc.string cimport memcpy
 
 import numpy as np
 
+cdef extern from *:
+    """
+    /* Vector units may add up such a sum in parts: the result depends on the build, not on the run. */
+    static double inner(const double *a, const double *b, Py_ssize_t n) {
+        double total = 0.0;
+        #pragma omp simd reduction(+:total)
+        for (Py_ssize_t i = 0; i < n; i++)
+            total += a[i] * b[i];
+        return total;
+    }
+    """
+    double inner(const double *a, const double *b, Py_ssize_t n) noexcept nogil
+
 cdef enum:
     MOST = 7
-    WIDE = 8
 
 cdef enum:
     PLANE
@@ -113,80 +125,72 @@ cdef void store(const Surface *surface, double *row) noexcept nogil:
 cdef void linearize(
     const Surface *surface, const double *points, Py_ssize_t n, double *distance, double *jacobian
 ) noexcept nogil:
-    """Distances (n,) and, unless that pointer is null, derivatives (n, WIDE), padded with zeros."""
+    """Distances (n,) and, unless that pointer is null, derivatives (dof, n)."""
     cdef double u[3]
     cdef double v[3]
     cdef double a[3]
     cdef double p[3]
     cdef double sine = sin(surface.angle), cosine = cos(surface.angle)
     cdef double apex = -surface.offset / sine if surface.kind == CONE else 0.0
-    cdef double x, y, z, h, qx, qy, qz, rho, length, lean, g_rho, g_height, wa, wu, wv
-    cdef double qu = 0.0, qv = 0.0
-    cdef double *row = jacobian
+    cdef double x, y, z, h, qx, qy, qz, rho, qu, qv, length, lean, g_rho, g_height, wa, wu, wv
+    cdef double *j0 = jacobian
+    cdef double *j1 = j0 + n
+    cdef double *j2 = j1 + n
+    cdef double *j3 = j2 + n
+    cdef double *j4 = j3 + n
+    cdef double *j5 = j4 + n
+    cdef double *j6 = j5 + n
+    cdef bint wanted = jacobian != NULL
     cdef Py_ssize_t i
-    cdef int k, dof = DOF[surface.kind]
     memcpy(a, surface.axis, 3 * sizeof(double))
     memcpy(p, surface.anchor, 3 * sizeof(double))
     basis(a, u, v)
     for i in range(n):
-        if jacobian != NULL:
-            row = jacobian + i * WIDE
-            for k in range(dof, WIDE):
-                row[k] = 0.0
         x, y, z = points[3 * i] - p[0], points[3 * i + 1] - p[1], points[3 * i + 2] - p[2]
         if surface.kind == PLANE:
             distance[i] = x * a[0] + y * a[1] + z * a[2]
-            if jacobian != NULL:
-                row[0] = dot(points + 3 * i, u)
-                row[1] = dot(points + 3 * i, v)
-                row[2] = -1.0
+            if wanted:
+                j0[i], j1[i], j2[i] = dot(points + 3 * i, u), dot(points + 3 * i, v), -1.0
             continue
         if surface.kind == SPHERE:
             length = sqrt(x * x + y * y + z * z)
             distance[i] = length - surface.offset
-            if jacobian != NULL:
+            if wanted:
                 length += TINY
-                row[0], row[1], row[2], row[3] = -x / length, -y / length, -z / length, -1.0
+                j0[i], j1[i], j2[i], j3[i] = -x / length, -y / length, -z / length, -1.0
             continue
         h = x * a[0] + y * a[1] + z * a[2]
         qx, qy, qz = x - h * a[0], y - h * a[1], z - h * a[2]
         rho = sqrt(qx * qx + qy * qy + qz * qz)
-        if jacobian != NULL:
-            qu = (qx * u[0] + qy * u[1] + qz * u[2]) / (rho + TINY)
-            qv = (qx * v[0] + qy * v[1] + qz * v[2]) / (rho + TINY)
+        qu = (qx * u[0] + qy * u[1] + qz * u[2]) / (rho + TINY) if wanted else 0.0
+        qv = (qx * v[0] + qy * v[1] + qz * v[2]) / (rho + TINY) if wanted else 0.0
         if surface.kind == CYLINDER:
             distance[i] = rho - surface.offset
-            if jacobian != NULL:
-                row[0], row[1], row[2], row[3], row[4] = -h * qu, -h * qv, -qu, -qv, -1.0
-        elif surface.kind == CONE:
-            if (h - apex) * cosine + rho * sine >= 0.0:
-                distance[i] = rho * cosine - h * sine - surface.offset
-                if jacobian != NULL:
-                    lean = -h * cosine - rho * sine
-                    row[0], row[1] = qu * lean, qv * lean
-                    row[2], row[3] = -qu * cosine, -qv * cosine
-                    row[4] = -rho * sine - h * cosine
-                    row[5] = -1.0
-            else:
-                length = sqrt(rho * rho + (h - apex) * (h - apex))
-                distance[i] = length
-                if jacobian != NULL:
-                    wa = -(h - apex) / (length + TINY)
-                    wu = -qu * rho / (length + TINY)
-                    wv = -qv * rho / (length + TINY)
-                    row[0], row[1], row[2], row[3] = apex * wu, apex * wv, wu, wv
-                    row[4] = -wa * apex * cosine / sine
-                    row[5] = -wa / sine
-        else:
+            if wanted:
+                j0[i], j1[i], j2[i], j3[i], j4[i] = -h * qu, -h * qv, -qu, -qv, -1.0
+        elif surface.kind == TORUS:
             length = sqrt((rho - surface.major) * (rho - surface.major) + h * h)
             distance[i] = length - surface.offset
-            if jacobian != NULL:
+            if wanted:
                 g_rho = (rho - surface.major) / (length + TINY)
                 g_height = h / (length + TINY)
                 lean = g_height * rho - h * g_rho
-                row[0], row[1] = qu * lean, qv * lean
-                row[2], row[3] = -qu * g_rho, -qv * g_rho
-                row[4], row[5], row[6] = -g_height, -g_rho, -1.0
+                j0[i], j1[i], j2[i], j3[i] = qu * lean, qv * lean, -qu * g_rho, -qv * g_rho
+                j4[i], j5[i], j6[i] = -g_height, -g_rho, -1.0
+        elif (h - apex) * cosine + rho * sine >= 0.0:
+            distance[i] = rho * cosine - h * sine - surface.offset
+            if wanted:
+                lean = -h * cosine - rho * sine
+                j0[i], j1[i], j2[i], j3[i] = qu * lean, qv * lean, -qu * cosine, -qv * cosine
+                j4[i], j5[i] = -rho * sine - h * cosine, -1.0
+        else:
+            length = sqrt(rho * rho + (h - apex) * (h - apex))
+            distance[i] = length
+            if wanted:
+                wa = -(h - apex) / (length + TINY)
+                wu, wv = -qu * rho / (length + TINY), -qv * rho / (length + TINY)
+                j0[i], j1[i], j2[i], j3[i] = apex * wu, apex * wv, wu, wv
+                j4[i], j5[i] = -wa * apex * cosine / sine, -wa / sine
 
 
 cdef void take_step(Surface *surface, const double *step) noexcept nogil:
@@ -274,27 +278,21 @@ cdef double cost_of(int kernel, double scale, const double *distance, Py_ssize_t
 
 cdef void normal_equations(
     int kernel, double scale, const double *distance, const double *jacobian, Py_ssize_t n, int dof,
-    double *normal, double *gradient
+    double *scratch, double *normal, double *gradient
 ) noexcept nogil:
-    """J^T W J (dof, WIDE) and J^T W d (dof,). The loop over a whole wide row is what vector units are fast at."""
-    cdef double weight, weighted
-    cdef const double *row
+    """J^T W J (lower triangle) and J^T W d; the scratch is (2, n)."""
+    cdef double *weight = scratch
+    cdef double *weighted = scratch + n
     cdef Py_ssize_t i
     cdef int j, k
-    for j in range(dof * WIDE):
-        normal[j] = 0.0
-    for j in range(dof):
-        gradient[j] = 0.0
     for i in range(n):
-        weight = weight_of(kernel, (distance[i] / scale) * (distance[i] / scale))
-        if weight == 0.0:
-            continue
-        row = jacobian + i * WIDE
-        for j in range(dof):
-            weighted = weight * row[j]
-            gradient[j] += weighted * distance[i]
-            for k in range(WIDE):
-                normal[j * WIDE + k] += weighted * row[k]
+        weight[i] = weight_of(kernel, (distance[i] / scale) * (distance[i] / scale))
+    for j in range(dof):
+        for i in range(n):
+            weighted[i] = weight[i] * jacobian[j * n + i]
+        gradient[j] = inner(weighted, distance, n)
+        for k in range(j + 1):
+            normal[j * MOST + k] = inner(weighted, jacobian + k * n, n)
 
 
 cdef bint solve(
@@ -306,7 +304,7 @@ cdef bint solve(
     cdef int i, j, k
     for i in range(dof):
         for j in range(i + 1):
-            total = normal[i * WIDE + j] / (scales[i] * scales[j])
+            total = normal[i * MOST + j] / (scales[i] * scales[j])
             if i == j:
                 total += damping
             for k in range(j):
@@ -338,9 +336,12 @@ cdef bint descend(
     Surface *surface, const double *points, Py_ssize_t n, int kernel, double scale,
     int max_iterations, double *distance, double *jacobian, double *cost
 ) noexcept nogil:
-    """Levenberg-Marquardt; whether it came to rest. `distance` (n,) holds the last distances."""
+    """Levenberg-Marquardt; whether it came to rest. The last distances stay in `distance` (n,).
+
+    `jacobian` is room for (dof + 2, n).
+    """
     cdef int dof = DOF[surface.kind]
-    cdef double normal[MOST * WIDE]
+    cdef double normal[MOST * MOST]
     cdef double gradient[MOST]
     cdef double scales[MOST]
     cdef double step[MOST]
@@ -350,14 +351,14 @@ cdef bint descend(
     linearize(surface, points, n, distance, jacobian)
     cost[0] = cost_of(kernel, scale, distance, n)
     for iteration in range(max_iterations):
-        normal_equations(kernel, scale, distance, jacobian, n, dof, normal, gradient)
+        normal_equations(kernel, scale, distance, jacobian, n, dof, jacobian + dof * n, normal, gradient)
         largest = 1e-300
         for j in range(dof):
-            if not isfinite(normal[j * WIDE + j]) or not isfinite(gradient[j]):
+            if not isfinite(normal[j * MOST + j]) or not isfinite(gradient[j]):
                 return False
-            largest = max(largest, normal[j * WIDE + j])
+            largest = max(largest, normal[j * MOST + j])
         for j in range(dof):
-            scales[j] = sqrt(normal[j * WIDE + j] + 1e-14 * largest)
+            scales[j] = sqrt(normal[j * MOST + j] + 1e-14 * largest)
         while True:
             if solve(normal, gradient, scales, damping, dof, step):
                 largest = 0.0
@@ -487,13 +488,13 @@ def derivatives(int kind, const double[::1] row, const double[:, ::1] points):
     """Signed distances (N,) of points (N, 3) from a surface (9,), and their derivatives (N, dof) by a step."""
     cdef Py_ssize_t n = points.shape[0]
     cdef Surface surface
-    distance, jacobian = np.empty(n), np.empty((n, WIDE))
+    distance, jacobian = np.empty(n), np.empty((DOF[kind], n))
     cdef double[::1] distance_view = distance
     cdef double[:, ::1] jacobian_view = jacobian
     if n:
         load(&surface, kind, &row[0])
         linearize(&surface, &points[0, 0], n, &distance_view[0], &jacobian_view[0, 0])
-    return distance, jacobian[:, : DOF[kind]]
+    return distance, jacobian.T
 
 
 def stepped(int kind, const double[::1] row, const double[::1] step):
@@ -520,7 +521,7 @@ def refine(
     cdef bint rest
     result = np.empty(9)
     cdef double[::1] view = result
-    cdef double *buffer = <double *> malloc((n + 1) * (1 + WIDE) * sizeof(double))
+    cdef double *buffer = <double *> malloc((n + 1) * (3 + MOST) * sizeof(double))
     if buffer == NULL:
         raise MemoryError
     load(&surface, kind, &row[0])
@@ -549,7 +550,7 @@ def settle(
     result, last = np.array(rows), np.empty((rows.shape[0], n))
     cdef double[:, ::1] view = result
     cdef double[:, ::1] last_view = last
-    cdef double *buffer = <double *> malloc((n + 1) * (1 + WIDE) * sizeof(double))
+    cdef double *buffer = <double *> malloc((n + 1) * (3 + MOST) * sizeof(double))
     if buffer == NULL:
         raise MemoryError
     with nogil:
@@ -582,7 +583,7 @@ def anneal(
     cdef Surface surface, noisy
     cdef double cost = 0.0, scale
     cdef bint reached = False
-    cdef double *buffer = <double *> malloc((n + 1) * (3 + WIDE) * sizeof(double))
+    cdef double *buffer = <double *> malloc((n + 1) * (5 + MOST) * sizeof(double))
     if buffer == NULL:
         raise MemoryError
     cdef double *distance = buffer

@@ -90,13 +90,13 @@ def robust_linear_solve(design: Array, target: Array, rounds: int = 4) -> Array:
     return solution
 
 
-def circles(x: Array, y: Array) -> tuple[Array, Array, Array]:
+def circles(x: Array, y: Array, rounds: int = 4) -> tuple[Array, Array, Array]:
     """Centres and radii of circles through K sets of N plane points, by Kasa's linear fit.
 
     Source: Kasa, "A circle fitting procedure and its error analysis", IEEE Trans. Instrum. Meas. 25, 1976.
     """
     design = np.stack([x, y, np.ones_like(x)], axis=-1)
-    solution = robust_linear_solve(design, x**2 + y**2)
+    solution = robust_linear_solve(design, x**2 + y**2, rounds)
     center_x, center_y = solution[:, 0] / 2.0, solution[:, 1] / 2.0
     return center_x, center_y, np.sqrt(np.maximum(solution[:, 2] + center_x**2 + center_y**2, 1e-12))
 

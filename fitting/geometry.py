@@ -78,11 +78,18 @@ def around_axis(points: Array, origin: Array, axis: Array) -> tuple[Array, Array
     return radial, rho, height
 
 
-def row(
-    direction: Array, anchor: Array, angle: float = 0.0, major: float = 0.0, offset: float = 0.0
+def rows(
+    directions: Array,
+    anchors: Array,
+    angle: Array | float = 0.0,
+    major: Array | float = 0.0,
+    offset: Array | float = 0.0,
 ) -> Array:
-    """The nine numbers of a surface in `fitting._descent`."""
-    return np.array([*direction, *anchor, angle, major, offset], np.float64)
+    """The nine numbers of a surface in `fitting._descent`, (9,); or those of K surfaces, (K, 9)."""
+    result = np.empty((*directions.shape[:-1], 9))
+    result[..., :3], result[..., 3:6] = directions, anchors
+    result[..., 6], result[..., 7], result[..., 8] = angle, major, offset
+    return result
 
 
 def foot_of_origin(point: Array, axis: Array) -> Array:

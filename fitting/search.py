@@ -85,9 +85,7 @@ def ranked_starts(kind: str, cloud: Cloud, rng: np.random.Generator) -> Array:
     """Rows (K, 9) of initial guesses after two robust steps each, the best first."""
     points = cloud.working[cloud.sample[:GUESS_POINTS]]
     guesses = PRIMITIVES[kind].initial_guesses(points, cloud.normals[:GUESS_POINTS], rng)
-    return _settled(
-        kind, np.array([guess.row() for guess in guesses]), points, cloud.tolerance, iterations=2
-    )[0]
+    return _settled(kind, guesses, points, cloud.tolerance, iterations=2)[0]
 
 
 def distinct_starts(kind: str, starts: Array, cloud: Cloud) -> list[Array]:

@@ -43,9 +43,10 @@ class Primitive(Protocol):
         ...
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
-        """Closed-form starts from a sample (N, 3) with unit normals (N, 3), in the normalised frame.
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+        """Closed-form starts, as rows (K, 9), from a sample (N, 3) with unit normals (N, 3).
 
+        The sample is in the normalised frame.
         Normals help, but poor ones do no harm: starts that need none are always among them.
         """
         ...

@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fitting.axes import axis_directions, in_bases, robust_linear_solve
-from fitting.geometry import TINY, Array, around_axis, basis, foot_of_origin, row, unit, vector
+from fitting.geometry import TINY, Array, around_axis, basis, foot_of_origin, rows, unit, vector
 
 SMALLEST_ANGLE = 1e-9
 """Half-angles are kept this far [rad] from 0 and from 90 degrees, where the apex or the nappe is lost."""
@@ -56,7 +56,7 @@ class Cone:
 
     def row(self) -> Array:
         offset = -(self.apex @ self.axis) * np.sin(self.half_angle)
-        return row(self.axis, foot_of_origin(self.apex, self.axis), self.half_angle, offset=offset)
+        return rows(self.axis, foot_of_origin(self.apex, self.axis), self.half_angle, offset=offset)
 
     @classmethod
     def from_row(cls, row: Array) -> Self:
@@ -66,19 +66,21 @@ class Cone:
         return type(self)(scale * (rotation @ self.apex) + translation, rotation @ self.axis, self.half_angle)
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
-        """For each candidate direction the quadric  x^2 + y^2 = a x + b y + m h^2 + e h + f,  m = tan^2 t."""
-        bases, x, y, height = in_bases(points, axis_directions(points, normals))
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+        return cls.rows_about(axis_directions(points, normals), points)
+
+    @classmethod
+    def rows_about(cls, directions: Array, points: Array, rounds: int = 4) -> Array:
+        """For each direction the quadric  x^2 + y^2 = a x + b y + m h^2 + e h + f,  m = tan^2 t."""
+        bases, x, y, height = in_bases(points, directions)
         design = np.stack([x, y, height**2, height, np.ones_like(x)], axis=-1)
-        solution = robust_linear_solve(design, x**2 + y**2)
-        guesses: list[Self] = []
-        for base, (a, b, m, e, _) in zip(bases, solution, strict=True):
-            m = min(max(m, 0.01), 100.0)
-            apex_height = -e / (2.0 * m)
-            apex = a / 2.0 * base[0] + b / 2.0 * base[1] + apex_height * base[2]
-            side = 1.0 if np.median(points @ base[2]) > apex_height else -1.0
-            guesses.append(cls(apex, side * base[2], np.arctan(np.sqrt(m))))
-        return guesses
+        a, b, m, e, _ = robust_linear_solve(design, x**2 + y**2, rounds).T
+        m = np.clip(m, 0.01, 100.0)
+        apex = -e / (2.0 * m)
+        side = np.where(np.median(height, axis=1) > apex, 1.0, -1.0)
+        angles = np.arctan(np.sqrt(m))
+        feet = (a / 2.0)[:, None] * bases[:, 0] + (b / 2.0)[:, None] * bases[:, 1]
+        return rows(side[:, None] * bases[:, 2], feet, angles, offset=-side * apex * np.sin(angles))
 
     def canonical(self, center: Array) -> Self:
         return self

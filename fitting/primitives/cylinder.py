@@ -17,7 +17,7 @@ from fitting.geometry import (
     basis,
     canonical_direction,
     foot_of_origin,
-    row,
+    rows,
     unit,
     vector,
 )
@@ -51,7 +51,7 @@ class Cylinder:
         return radial / (rho + TINY)[:, None]
 
     def row(self) -> Array:
-        return row(self.axis, foot_of_origin(self.point, self.axis), offset=self.radius)
+        return rows(self.axis, foot_of_origin(self.point, self.axis), offset=self.radius)
 
     @classmethod
     def from_row(cls, row: Array) -> Self:
@@ -63,14 +63,16 @@ class Cylinder:
         )
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
-        """For each candidate direction, the circle through the points seen along it."""
-        bases, x, y, _ = in_bases(points, axis_directions(points, normals))
-        center_x, center_y, radii = circles(x, y)
-        centers = center_x[:, None] * bases[:, 0] + center_y[:, None] * bases[:, 1]
-        return [
-            cls(base[2], center, radius) for base, center, radius in zip(bases, centers, radii, strict=True)
-        ]
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+        return cls.rows_about(axis_directions(points, normals), points)
+
+    @classmethod
+    def rows_about(cls, directions: Array, points: Array, rounds: int = 4) -> Array:
+        """For each direction, the circle through the points seen along it."""
+        bases, x, y, _ = in_bases(points, directions)
+        center_x, center_y, radii = circles(x, y, rounds)
+        feet = center_x[:, None] * bases[:, 0] + center_y[:, None] * bases[:, 1]
+        return rows(bases[:, 2], feet, offset=radii)
 
     def canonical(self, center: Array) -> Self:
         """Same cylinder, axis in its canonical sign, point closest to `center`."""

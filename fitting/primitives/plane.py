@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fitting.axes import random_subsets
-from fitting.geometry import Array, basis, canonical_direction, row, unit, vector
+from fitting.geometry import Array, basis, canonical_direction, rows, unit, vector
 
 RANDOM_PLANES = 24
 
@@ -35,7 +35,7 @@ class Plane:
         return np.broadcast_to(self.normal, points.shape)
 
     def row(self) -> Array:
-        return row(self.normal, self.point)
+        return rows(self.normal, self.point)
 
     @classmethod
     def from_row(cls, row: Array) -> Self:
@@ -45,15 +45,16 @@ class Plane:
         return type(self)(rotation @ self.normal, scale * (rotation @ self.point) + translation)
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
         """The principal plane, and planes through three random points."""
         center = points.mean(axis=0)
         _, vectors = np.linalg.eigh((points - center).T @ (points - center))
         corners = points[random_subsets(len(points), 3, RANDOM_PLANES, rng)]
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        wide = np.linalg.norm(across, axis=1) > 1e-9
-        random = [cls(normal, corner) for normal, corner in zip(across[wide], corners[wide, 0], strict=True)]
-        return [cls(vectors[:, 0], center), *random]
+        length = np.linalg.norm(across, axis=1)
+        wide = length > 1e-9
+        directions = np.vstack([vectors[:, 0], across[wide] / length[wide, None]])
+        return rows(directions, np.vstack([center, corners[wide, 0]]))
 
     def canonical(self, center: Array) -> Self:
         """Same plane, normal in its canonical sign, point closest to `center`."""

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fitting.axes import random_subsets, robust_linear_solve
-from fitting.geometry import TINY, Z_AXIS, Array, row, vector
+from fitting.geometry import TINY, Z_AXIS, Array, rows, vector
 
 PLANE_LIKE = 5.0
 """A radius beyond this many extents asks for a look at the plane."""
@@ -40,7 +40,7 @@ class Sphere:
         return relative / (np.linalg.norm(relative, axis=1) + TINY)[:, None]
 
     def row(self) -> Array:
-        return row(Z_AXIS, self.center, offset=self.radius)
+        return rows(Z_AXIS, self.center, offset=self.radius)
 
     @classmethod
     def from_row(cls, row: Array) -> Self:
@@ -50,17 +50,19 @@ class Sphere:
         return type(self)(scale * (rotation @ self.center) + translation, scale * self.radius)
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
-        """The algebraic sphere  |x|^2 = 2 c.x + b  of all points, reweighted, and of random fours."""
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+        """The algebraic sphere of all points, reweighted, and those of random fours."""
         fours = points[random_subsets(len(points), 4, RANDOM_SPHERES, rng)]
-        guesses: list[Self] = []
-        for group, rounds in ((points[None], 4), (fours, 1)):
-            design = np.concatenate([group, np.ones((*group.shape[:2], 1))], axis=2)
-            solution = robust_linear_solve(design, np.einsum("kni,kni->kn", group, group), rounds)
-            centers = solution[:, :3] / 2.0
-            radii = np.sqrt(np.maximum(solution[:, 3] + np.einsum("ki,ki->k", centers, centers), 1e-12))
-            guesses += [cls(center, radius) for center, radius in zip(centers, radii, strict=True)]
-        return guesses
+        return np.vstack([cls.rows_through(points[None]), cls.rows_through(fours, rounds=1)])
+
+    @classmethod
+    def rows_through(cls, groups: Array, rounds: int = 4) -> Array:
+        """The algebraic sphere  |x|^2 = 2 c.x + b  of each of K groups of points (K, N, 3)."""
+        design = np.concatenate([groups, np.ones((*groups.shape[:2], 1))], axis=2)
+        solution = robust_linear_solve(design, np.einsum("kni,kni->kn", groups, groups), rounds)
+        centers = solution[:, :3] / 2.0
+        radii = np.sqrt(np.maximum(solution[:, 3] + np.einsum("ki,ki->k", centers, centers), 1e-12))
+        return rows(np.broadcast_to(Z_AXIS, centers.shape), centers, offset=radii)
 
     def canonical(self, center: Array) -> Self:
         return self

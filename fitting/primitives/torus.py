@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fitting.axes import axis_directions, circles, in_bases, revolution_axis, robust_linear_solve
-from fitting.geometry import TINY, Array, around_axis, basis, canonical_direction, row, unit, vector
+from fitting.geometry import TINY, Array, around_axis, basis, canonical_direction, rows, unit, vector
 
 CYLINDER_LIKE = 5.0
 """A major radius beyond this many extents asks for a look at the cylinder."""
@@ -55,7 +55,7 @@ class Torus:
         return outward + (height / tube)[:, None] * self.axis
 
     def row(self) -> Array:
-        return row(self.axis, self.center, major=self.major_radius, offset=self.minor_radius)
+        return rows(self.axis, self.center, major=self.major_radius, offset=self.minor_radius)
 
     @classmethod
     def from_row(cls, row: Array) -> Self:
@@ -70,36 +70,40 @@ class Torus:
         )
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> list[Self]:
-        """For each candidate axis line the circle through the profile (rho, h) of the points about it.
-
-        A direction's line passes where the normal lines meet it,  (n x a) . (x - p) = 0,  or through the
-        centre of the circle that the points describe when seen along it.
-        """
+    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
         directions = axis_directions(points, normals)
+        return cls.rows_about(directions, revolution_axis(points, normals), points, normals)
+
+    @classmethod
+    def rows_about(
+        cls, directions: Array, line: tuple[Array, Array], points: Array, normals: Array, rounds: int = 4
+    ) -> Array:
+        """For each candidate axis the circle through the profile (rho, h) of the points about it.
+
+        The candidates are the given line (direction, point), and two for each direction: one passes where
+        the normal lines meet it,  (n x a) . (x - p) = 0,  the other through the centre of the circle that
+        the points describe when seen along it.
+        """
         bases, x, y, _ = in_bases(points, directions)
         _, normal_x, normal_y, _ = in_bases(normals, directions)
         across = np.stack([normal_y, -normal_x], axis=-1)
-        met = robust_linear_solve(across, across[..., 0] * x + across[..., 1] * y)
-        seen_x, seen_y, _ = circles(x, y)
-        revolution = revolution_axis(points, normals)
-        axes = np.vstack([directions, directions, revolution[0]])
+        met = robust_linear_solve(across, across[..., 0] * x + across[..., 1] * y, rounds)
+        seen_x, seen_y, _ = circles(x, y, rounds)
+        axes = np.vstack([directions, directions, line[0]])
         feet = np.vstack(
             [
                 met[:, :1] * bases[:, 0] + met[:, 1:] * bases[:, 1],
                 seen_x[:, None] * bases[:, 0] + seen_y[:, None] * bases[:, 1],
-                revolution[1],
+                line[1],
             ]
         )
         relative = points - feet[:, None]
         height = np.einsum("kni,ki->kn", relative, axes)
         rho = np.linalg.norm(relative - height[..., None] * axes[:, None], axis=2)
-        major, level, minor = circles(rho, height)
-        centers = feet + level[:, None] * axes
-        return [
-            cls(center, axis, max(abs(R), SMALLEST_MAJOR), r)
-            for center, axis, R, r in zip(centers, axes, major, minor, strict=True)
-        ]
+        major, level, minor = circles(rho, height, rounds)
+        return rows(
+            axes, feet + level[:, None] * axes, major=np.maximum(np.abs(major), SMALLEST_MAJOR), offset=minor
+        )
 
     def canonical(self, center: Array) -> Self:
         return type(self)(self.center, canonical_direction(self.axis), self.major_radius, self.minor_radius)

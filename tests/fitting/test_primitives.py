@@ -176,8 +176,8 @@ def test_initial_guesses_start_close_enough(primitive: Primitive, offset: float,
     cloud = frame.normalize(points)
     normals = primitive.gradient(sample(primitive, 160))
     guesses = type(primitive).initial_guesses(cloud, normals, np.random.default_rng(0))
-    assert guesses
-    best = min(refine(guess, cloud).cost for guess in guesses)
+    assert len(guesses)
+    best = min(refine(type(primitive).from_row(guess), cloud).cost for guess in guesses)
     rounding = np.spacing(offset + scale) / frame.scale
     assert best < len(cloud) * (10.0 * rounding) ** 2 + 1e-24
 
