@@ -34,47 +34,51 @@ torus     with g = (rho - R, h) / hypot(rho - R, h): tilt drho = -h (q . da) / r
           drho = -(q . df) / rho; along dh = -1; dR: -g0; dr: -1
 """
 
-from libc.math cimport M_PI, cos, fabs, hypot, isfinite, log, sin, sqrt
+from libc.math cimport INFINITY, M_PI, cos, fabs, hypot, isfinite, log, sin, sqrt
+from libc.stddef cimport ptrdiff_t
 from libc.stdlib cimport free, malloc
 from libc.string cimport memcpy
 
 import numpy as np
 
-cdef extern from *:
-    """
-    /* Vector units may add up such a sum in parts: the result depends on the build, not on the run. */
-    static double inner(const double *a, const double *b, Py_ssize_t n) {
-        double total = 0.0;
-        #pragma omp simd reduction(+:total)
-        for (Py_ssize_t i = 0; i < n; i++)
-            total += a[i] * b[i];
-        return total;
-    }
-    """
-    double inner(const double *a, const double *b, Py_ssize_t n) noexcept nogil
+cdef extern from "_surfaces.h" nogil:
+    enum:
+        PLANE
+        SPHERE
+        CYLINDER
+        CONE
+        TORUS
+    enum:
+        GEMAN_MCCLURE
+    double TINY
+    ctypedef struct Surface:
+        int kind
+        double axis[3]
+        double anchor[3]
+        double angle
+        double major
+        double offset
+    ctypedef struct Points:
+        const double *x
+        const double *y
+        const double *z
+        ptrdiff_t n
+    void basis(const double *axis, double *u, double *v)
+    void linearize(const Surface *surface, Points points, double *distance, double *jacobian)
+    double rho_of(int kernel, double squared)
+    double weight_of(int kernel, double squared)
+    double cost_of(int kernel, double scale, const double *distance, ptrdiff_t n)
+    void normal_equations(
+        int kernel, double scale, const double *distance, const double *jacobian, ptrdiff_t n, int dof,
+        double *scratch, double *normal, int width, double *gradient
+    )
 
 cdef enum:
     MOST = 7
 
-cdef enum:
-    PLANE
-    SPHERE
-    CYLINDER
-    CONE
-    TORUS
-
-cdef enum:
-    LEAST_SQUARES
-    GEMAN_MCCLURE
-    TUKEY
-
 cdef int DOF[5]
 DOF[:] = [3, 4, 5, 6, 7]
 
-cdef double TINY = 1e-300
-"""Added where a distance is divided by, so that points on an axis give 0 instead of NaN."""
-cdef double CUTOFF = 6.0
-"""Scales beyond which Tukey's biweight sees nothing."""
 cdef double SMALLEST_ANGLE = 1e-9
 """Half-angles are kept this far [rad] from 0 and from 90 degrees, where the apex or the nappe is lost."""
 cdef double SMALLEST_STEP = 1e-15
@@ -82,31 +86,8 @@ cdef double SMALLEST_STEP = 1e-15
 cdef double LARGEST_DAMPING = 1e8
 
 
-cdef struct Surface:
-    int kind
-    double axis[3]
-    double anchor[3]
-    double angle
-    double major
-    double offset
-
-
 cdef inline double dot(const double *a, const double *b) noexcept nogil:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-cdef inline void basis(const double *axis, double *u, double *v) noexcept nogil:
-    """As `fitting.geometry.basis`."""
-    cdef double x = axis[0], y = axis[1], z = axis[2]
-    cdef double sign = 1.0 if z >= 0.0 else -1.0
-    cdef double a = -1.0 / (sign + z)
-    cdef double b = x * y * a
-    u[0] = 1.0 + sign * x * x * a
-    u[1] = sign * b
-    u[2] = -sign * x
-    v[0] = b
-    v[1] = sign + y * y * a
-    v[2] = -y
 
 
 cdef void load(Surface *surface, int kind, const double *row) noexcept nogil:
@@ -122,75 +103,14 @@ cdef void store(const Surface *surface, double *row) noexcept nogil:
     row[6], row[7], row[8] = surface.angle, surface.major, surface.offset
 
 
-cdef void linearize(
-    const Surface *surface, const double *points, Py_ssize_t n, double *distance, double *jacobian
-) noexcept nogil:
-    """Distances (n,) and, unless that pointer is null, derivatives (dof, n)."""
-    cdef double u[3]
-    cdef double v[3]
-    cdef double a[3]
-    cdef double p[3]
-    cdef double sine = sin(surface.angle), cosine = cos(surface.angle)
-    cdef double apex = -surface.offset / sine if surface.kind == CONE else 0.0
-    cdef double x, y, z, h, qx, qy, qz, rho, qu, qv, length, lean, g_rho, g_height, wa, wu, wv
-    cdef double *j0 = jacobian
-    cdef double *j1 = j0 + n
-    cdef double *j2 = j1 + n
-    cdef double *j3 = j2 + n
-    cdef double *j4 = j3 + n
-    cdef double *j5 = j4 + n
-    cdef double *j6 = j5 + n
-    cdef bint wanted = jacobian != NULL
-    cdef Py_ssize_t i
-    memcpy(a, surface.axis, 3 * sizeof(double))
-    memcpy(p, surface.anchor, 3 * sizeof(double))
-    basis(a, u, v)
+cdef Points columns(const double[:, ::1] points, double *room) noexcept nogil:
+    """The points (N, 3) as three arrays in a room of 3 N numbers."""
+    cdef Py_ssize_t i, n = points.shape[0]
+    cdef Points result
     for i in range(n):
-        x, y, z = points[3 * i] - p[0], points[3 * i + 1] - p[1], points[3 * i + 2] - p[2]
-        if surface.kind == PLANE:
-            distance[i] = x * a[0] + y * a[1] + z * a[2]
-            if wanted:
-                j0[i], j1[i], j2[i] = dot(points + 3 * i, u), dot(points + 3 * i, v), -1.0
-            continue
-        if surface.kind == SPHERE:
-            length = sqrt(x * x + y * y + z * z)
-            distance[i] = length - surface.offset
-            if wanted:
-                length += TINY
-                j0[i], j1[i], j2[i], j3[i] = -x / length, -y / length, -z / length, -1.0
-            continue
-        h = x * a[0] + y * a[1] + z * a[2]
-        qx, qy, qz = x - h * a[0], y - h * a[1], z - h * a[2]
-        rho = sqrt(qx * qx + qy * qy + qz * qz)
-        qu = (qx * u[0] + qy * u[1] + qz * u[2]) / (rho + TINY) if wanted else 0.0
-        qv = (qx * v[0] + qy * v[1] + qz * v[2]) / (rho + TINY) if wanted else 0.0
-        if surface.kind == CYLINDER:
-            distance[i] = rho - surface.offset
-            if wanted:
-                j0[i], j1[i], j2[i], j3[i], j4[i] = -h * qu, -h * qv, -qu, -qv, -1.0
-        elif surface.kind == TORUS:
-            length = sqrt((rho - surface.major) * (rho - surface.major) + h * h)
-            distance[i] = length - surface.offset
-            if wanted:
-                g_rho = (rho - surface.major) / (length + TINY)
-                g_height = h / (length + TINY)
-                lean = g_height * rho - h * g_rho
-                j0[i], j1[i], j2[i], j3[i] = qu * lean, qv * lean, -qu * g_rho, -qv * g_rho
-                j4[i], j5[i], j6[i] = -g_height, -g_rho, -1.0
-        elif (h - apex) * cosine + rho * sine >= 0.0:
-            distance[i] = rho * cosine - h * sine - surface.offset
-            if wanted:
-                lean = -h * cosine - rho * sine
-                j0[i], j1[i], j2[i], j3[i] = qu * lean, qv * lean, -qu * cosine, -qv * cosine
-                j4[i], j5[i] = -rho * sine - h * cosine, -1.0
-        else:
-            length = sqrt(rho * rho + (h - apex) * (h - apex))
-            distance[i] = length
-            if wanted:
-                wa = -(h - apex) / (length + TINY)
-                wu, wv = -qu * rho / (length + TINY), -qv * rho / (length + TINY)
-                j0[i], j1[i], j2[i], j3[i] = apex * wu, apex * wv, wu, wv
-                j4[i], j5[i] = -wa * apex * cosine / sine, -wa / sine
+        room[i], room[n + i], room[2 * n + i] = points[i, 0], points[i, 1], points[i, 2]
+    result.x, result.y, result.z, result.n = room, room + n, room + 2 * n, n
+    return result
 
 
 cdef void take_step(Surface *surface, const double *step) noexcept nogil:
@@ -245,56 +165,6 @@ cdef void take_step(Surface *surface, const double *step) noexcept nogil:
             surface.offset -= height * sin(surface.angle)
 
 
-cdef inline double rho(int kernel, double squared) noexcept nogil:
-    """What a residual of this square costs; see `fitting.kernels`."""
-    cdef double inside
-    if kernel == GEMAN_MCCLURE:
-        return 0.5 * squared / (1.0 + squared)
-    if kernel == TUKEY:
-        inside = max(1.0 - squared / (CUTOFF * CUTOFF), 0.0)
-        return CUTOFF * CUTOFF / 6.0 * (1.0 - inside * inside * inside)
-    return 0.5 * squared
-
-
-cdef inline double weight_of(int kernel, double squared) noexcept nogil:
-    """rho'(x) / x."""
-    cdef double inside
-    if kernel == GEMAN_MCCLURE:
-        return 1.0 / ((1.0 + squared) * (1.0 + squared))
-    if kernel == TUKEY:
-        inside = max(1.0 - squared / (CUTOFF * CUTOFF), 0.0)
-        return inside * inside
-    return 1.0
-
-
-cdef double cost_of(int kernel, double scale, const double *distance, Py_ssize_t n) noexcept nogil:
-    """Sum of rho(d / scale)."""
-    cdef double total = 0.0
-    cdef Py_ssize_t i
-    for i in range(n):
-        total += rho(kernel, (distance[i] / scale) * (distance[i] / scale))
-    return total
-
-
-cdef void normal_equations(
-    int kernel, double scale, const double *distance, const double *jacobian, Py_ssize_t n, int dof,
-    double *scratch, double *normal, double *gradient
-) noexcept nogil:
-    """J^T W J (lower triangle) and J^T W d; the scratch is (2, n)."""
-    cdef double *weight = scratch
-    cdef double *weighted = scratch + n
-    cdef Py_ssize_t i
-    cdef int j, k
-    for i in range(n):
-        weight[i] = weight_of(kernel, (distance[i] / scale) * (distance[i] / scale))
-    for j in range(dof):
-        for i in range(n):
-            weighted[i] = weight[i] * jacobian[j * n + i]
-        gradient[j] = inner(weighted, distance, n)
-        for k in range(j + 1):
-            normal[j * MOST + k] = inner(weighted, jacobian + k * n, n)
-
-
 cdef bint solve(
     const double *normal, const double *gradient, const double *scales, double damping, int dof, double *step
 ) noexcept nogil:
@@ -333,14 +203,16 @@ cdef bint solve(
 
 
 cdef bint descend(
-    Surface *surface, const double *points, Py_ssize_t n, int kernel, double scale,
-    int max_iterations, double *distance, double *jacobian, double *cost
+    Surface *surface, Points points, int kernel, double scale, int max_iterations, double *distance,
+    double *jacobian, double *cost
 ) noexcept nogil:
-    """Levenberg-Marquardt; whether it came to rest. The last distances stay in `distance` (n,).
+    """Levenberg-Marquardt; whether it came to rest.
 
-    `jacobian` is room for (dof + 2, n).
+    `distance` (n,) and `jacobian` (dof, n) are those of the surface, before; after, only the distances are.
+    Behind the derivatives there is room for (2, n).
     """
     cdef int dof = DOF[surface.kind]
+    cdef Py_ssize_t n = points.n
     cdef double normal[MOST * MOST]
     cdef double gradient[MOST]
     cdef double scales[MOST]
@@ -348,10 +220,11 @@ cdef bint descend(
     cdef double damping = 1e-12, largest, new_cost, gain
     cdef Surface candidate
     cdef int iteration, j
-    linearize(surface, points, n, distance, jacobian)
     cost[0] = cost_of(kernel, scale, distance, n)
     for iteration in range(max_iterations):
-        normal_equations(kernel, scale, distance, jacobian, n, dof, jacobian + dof * n, normal, gradient)
+        normal_equations(
+            kernel, scale, distance, jacobian, n, dof, jacobian + dof * n, normal, MOST, gradient
+        )
         largest = 1e-300
         for j in range(dof):
             if not isfinite(normal[j * MOST + j]) or not isfinite(gradient[j]):
@@ -365,16 +238,17 @@ cdef bint descend(
                 for j in range(dof):
                     largest = max(largest, fabs(step[j]))
                 if largest <= SMALLEST_STEP:
+                    linearize(surface, points, distance, NULL)
                     return True
                 candidate = surface[0]
                 take_step(&candidate, step)
-                linearize(&candidate, points, n, distance, NULL)
+                linearize(&candidate, points, distance, NULL)
                 new_cost = cost_of(kernel, scale, distance, n)
                 if new_cost < cost[0]:
                     break
             damping = max(damping * 8.0, 1e-6)
             if damping > LARGEST_DAMPING:
-                linearize(surface, points, n, distance, jacobian)
+                linearize(surface, points, distance, NULL)
                 return True
         gain = cost[0] - new_cost
         surface[0] = candidate
@@ -383,7 +257,7 @@ cdef bint descend(
             return True
         damping = max(damping * 0.1, 1e-12)
         if iteration + 1 < max_iterations:
-            linearize(surface, points, n, distance, jacobian)
+            linearize(surface, points, distance, jacobian)
     return False
 
 
@@ -459,29 +333,23 @@ cdef bint absolutes(const double *distance, Py_ssize_t n, double *absolute) noex
     return finite
 
 
+cdef double *room_for(Py_ssize_t numbers) except NULL:
+    cdef double *room = <double *> malloc((numbers + 1) * sizeof(double))
+    if room == NULL:
+        raise MemoryError
+    return room
+
+
 def costs(int kernel, const double[::1] squared):
     """Costs rho and weights (N,) of squared residuals (N,) in units of the scale."""
     cdef Py_ssize_t i
     cost, weight = np.empty(squared.shape[0]), np.empty(squared.shape[0])
-    cdef double[::1] cost_view = cost, weight_view = weight
+    cdef double[::1] cost_view = cost
+    cdef double[::1] weight_view = weight
     for i in range(squared.shape[0]):
-        cost_view[i] = rho(kernel, squared[i])
+        cost_view[i] = rho_of(kernel, squared[i])
         weight_view[i] = weight_of(kernel, squared[i])
     return cost, weight
-
-
-def distances(int kind, const double[:, ::1] rows, const double[:, ::1] points):
-    """Signed distances (K, N) of points (N, 3) from surfaces (K, 9) of one kind."""
-    cdef Py_ssize_t k, n = points.shape[0]
-    cdef Surface surface
-    result = np.empty((rows.shape[0], n))
-    cdef double[:, ::1] view = result
-    if n:
-        with nogil:
-            for k in range(rows.shape[0]):
-                load(&surface, kind, &rows[k, 0])
-                linearize(&surface, &points[0, 0], n, &view[k, 0], NULL)
-    return result
 
 
 def derivatives(int kind, const double[::1] row, const double[:, ::1] points):
@@ -491,9 +359,11 @@ def derivatives(int kind, const double[::1] row, const double[:, ::1] points):
     distance, jacobian = np.empty(n), np.empty((DOF[kind], n))
     cdef double[::1] distance_view = distance
     cdef double[:, ::1] jacobian_view = jacobian
+    cdef double *room = room_for(3 * n)
     if n:
         load(&surface, kind, &row[0])
-        linearize(&surface, &points[0, 0], n, &distance_view[0], &jacobian_view[0, 0])
+        linearize(&surface, columns(points, room), &distance_view[0], &jacobian_view[0, 0])
+    free(room)
     return distance, jacobian.T
 
 
@@ -511,25 +381,25 @@ def stepped(int kind, const double[::1] row, const double[::1] step):
 
 
 def refine(
-    int kind, const double[::1] row, const double[:, ::1] points, int kernel, double scale,
-    int max_iterations
+    int kind, const double[::1] row, const double[:, ::1] points, int kernel, double scale, int max_iterations
 ):
     """The row (9,) that minimises  sum rho(d / scale)  near the given one, the cost, and whether it is at rest."""
     cdef Py_ssize_t n = points.shape[0]
     cdef Surface surface
+    cdef Points seen
     cdef double cost = 0.0
     cdef bint rest
     result = np.empty(9)
     cdef double[::1] view = result
-    cdef double *buffer = <double *> malloc((n + 1) * (3 + MOST) * sizeof(double))
-    if buffer == NULL:
-        raise MemoryError
+    cdef double *room = room_for((6 + MOST) * n)
+    cdef double *distance = room + 3 * n
+    cdef double *jacobian = room + 4 * n
     load(&surface, kind, &row[0])
     with nogil:
-        rest = descend(
-            &surface, &points[0, 0], n, kernel, scale, max_iterations, buffer, buffer + n, &cost
-        )
-    free(buffer)
+        seen = columns(points, room)
+        linearize(&surface, seen, distance, jacobian)
+        rest = descend(&surface, seen, kernel, scale, max_iterations, distance, jacobian, &cost)
+    free(room)
     store(&surface, &view[0])
     return result, cost, bool(rest)
 
@@ -545,29 +415,94 @@ def settle(
     """
     cdef Py_ssize_t k, n = points.shape[0]
     cdef Surface surface
-    cdef double cost = 0.0, scale
+    cdef Points seen
+    cdef double cost = 0.0
     cdef int turn
     result, last = np.array(rows), np.empty((rows.shape[0], n))
     cdef double[:, ::1] view = result
     cdef double[:, ::1] last_view = last
-    cdef double *buffer = <double *> malloc((n + 1) * (3 + MOST) * sizeof(double))
-    if buffer == NULL:
-        raise MemoryError
+    cdef double *room = room_for((6 + MOST) * n)
+    cdef double *absolute = room + 3 * n
+    cdef double *jacobian = room + 4 * n
     with nogil:
+        seen = columns(points, room)
         for k in range(rows.shape[0]):
             load(&surface, kind, &rows[k, 0])
             for turn in range(rounds):
-                linearize(&surface, &points[0, 0], n, &last_view[k, 0], NULL)
-                if not absolutes(&last_view[k, 0], n, buffer):
+                linearize(&surface, seen, &last_view[k, 0], jacobian)
+                if not absolutes(&last_view[k, 0], n, absolute):
                     break
-                scale = max(widths * median(buffer, n), smallest)
                 descend(
-                    &surface, &points[0, 0], n, GEMAN_MCCLURE, scale, iterations, &last_view[k, 0], buffer,
-                    &cost
+                    &surface, seen, GEMAN_MCCLURE, max(widths * median(absolute, n), smallest), iterations,
+                    &last_view[k, 0], jacobian, &cost
                 )
+            if rounds == 0:
+                linearize(&surface, seen, &last_view[k, 0], NULL)
             store(&surface, &view[k, 0])
-            linearize(&surface, &points[0, 0], n, &last_view[k, 0], NULL)
-    free(buffer)
+    free(room)
+    return result, last
+
+
+def compete(
+    int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths,
+    double resolved, const long[:, ::1] stages
+):
+    """The best of the rows (K, 9) after some stages, as a row (9,), and its distances (N,).
+
+    A stage (count, steps, kept) takes all rows that are left some steps as `settle` does, on so many points
+    evenly spread over their order, and keeps those with the least mean logarithm of the distance plus `resolved`.
+    """
+    cdef Py_ssize_t k, i, n = points.shape[0], count, left = rows.shape[0], first
+    cdef Surface *surfaces = <Surface *> malloc((left + 1) * sizeof(Surface))
+    cdef double *costs = room_for(left)
+    cdef double *room = room_for((7 + MOST) * n)
+    cdef double *distance
+    cdef double *jacobian
+    cdef double cost = 0.0
+    cdef Surface swap
+    cdef Points seen
+    cdef int turn, stage
+    result, last = np.empty(9), np.empty(n)
+    cdef double[::1] view = result
+    cdef double[::1] last_view = last
+    with nogil:
+        for k in range(left):
+            load(&surfaces[k], kind, &rows[k, 0])
+        for stage in range(stages.shape[0]):
+            count = min(n, stages[stage, 0])
+            for i in range(count):
+                k = i * (n - 1) // max(count - 1, 1)
+                room[i], room[count + i], room[2 * count + i] = points[k, 0], points[k, 1], points[k, 2]
+            seen.x, seen.y, seen.z, seen.n = room, room + count, room + 2 * count, count
+            distance, jacobian = room + 3 * count, room + 5 * count
+            for k in range(left):
+                for turn in range(stages[stage, 1]):
+                    linearize(&surfaces[k], seen, distance, jacobian)
+                    if not absolutes(distance, count, room + 4 * count):
+                        break
+                    descend(
+                        &surfaces[k], seen, GEMAN_MCCLURE, max(widths * median(room + 4 * count, count), smallest),
+                        1, distance, jacobian, &cost
+                    )
+                costs[k] = 0.0
+                for i in range(count):
+                    costs[k] += log(fabs(distance[i]) + resolved)
+                if not isfinite(costs[k]):
+                    costs[k] = INFINITY
+            for i in range(min(left, stages[stage, 2])):
+                first = i
+                for k in range(i + 1, left):
+                    if costs[k] < costs[first]:
+                        first = k
+                swap, cost = surfaces[first], costs[first]
+                surfaces[first], costs[first] = surfaces[i], costs[i]
+                surfaces[i], costs[i] = swap, cost
+            left = min(left, stages[stage, 2])
+        store(&surfaces[0], &view[0])
+        linearize(&surfaces[0], columns(points, room), &last_view[0], NULL)
+    free(surfaces)
+    free(costs)
+    free(room)
     return result, last
 
 
@@ -581,25 +516,23 @@ def anneal(
     """
     cdef Py_ssize_t i, count, n = points.shape[0]
     cdef Surface surface, noisy
+    cdef Points seen
     cdef double cost = 0.0, scale
     cdef bint reached = False
-    cdef double *buffer = <double *> malloc((n + 1) * (5 + MOST) * sizeof(double))
-    if buffer == NULL:
-        raise MemoryError
-    cdef double *distance = buffer
-    cdef double *absolute = buffer + n
-    cdef double *scratch = buffer + 2 * n
-    cdef double *jacobian = buffer + 3 * n
+    cdef double *room = room_for((8 + MOST) * n)
+    cdef double *distance = room + 3 * n
+    cdef double *absolute = room + 4 * n
+    cdef double *scratch = room + 5 * n
+    cdef double *jacobian = room + 6 * n
     load(&surface, kind, &row[0])
     with nogil:
-        linearize(&surface, &points[0, 0], n, distance, NULL)
+        seen = columns(points, room)
+        linearize(&surface, seen, distance, NULL)
         if absolutes(distance, n, absolute):
             scale = max(2.0 * median(absolute, n), tolerance)
             while True:
-                descend(
-                    &surface, &points[0, 0], n, GEMAN_MCCLURE, scale, 2, distance, jacobian, &cost
-                )
-                linearize(&surface, &points[0, 0], n, distance, NULL)
+                linearize(&surface, seen, distance, jacobian)
+                descend(&surface, seen, GEMAN_MCCLURE, scale, 2, distance, jacobian, &cost)
                 if not absolutes(distance, n, absolute):
                     break
                 if not reached and scale < at_noise * trimmed(absolute, n, scratch, trim, deviation):
@@ -612,7 +545,7 @@ def anneal(
                 if count < need or scale <= tolerance:
                     break
                 scale = max(tolerance, min(shrink * scale, locked * median(scratch, count)))
-    free(buffer)
+    free(room)
     result, at_scale = np.empty(9), np.empty(9)
     cdef double[::1] view = result
     store(&surface, &view[0])
@@ -621,3 +554,93 @@ def anneal(
     view = at_scale
     store(&noisy, &view[0])
     return result, at_scale
+
+
+cdef void solve_overdetermined(
+    const double *design, const double *target, Py_ssize_t n, int m, int rounds, double *room, double *solution
+) noexcept nogil:
+    """Reweighted least squares for  design (n, m) . solution = target (n,);  the room is (3, n).
+
+    Weights are 1 / (1 + (residual / median)^2) after the first round.
+    """
+    cdef double normal[MOST * MOST]
+    cdef double right[MOST]
+    cdef double scales[MOST]
+    cdef double *weight = room
+    cdef double *residual = room + n
+    cdef double *scratch = room + 2 * n
+    cdef double weighted, trace, ridge, middle
+    cdef const double *row
+    cdef Py_ssize_t i
+    cdef int j, l, turn
+    for j in range(m):
+        solution[j] = 0.0
+    for i in range(n):
+        weight[i] = 1.0
+    for turn in range(rounds):
+        for j in range(m):
+            right[j] = 0.0
+            for l in range(j + 1):
+                normal[j * MOST + l] = 0.0
+        for i in range(n):
+            row = design + i * m
+            for j in range(m):
+                weighted = weight[i] * row[j]
+                right[j] -= weighted * target[i]
+                for l in range(j + 1):
+                    normal[j * MOST + l] += weighted * row[l]
+        trace = 0.0
+        for j in range(m):
+            trace += normal[j * MOST + j]
+        for j in range(m):
+            normal[j * MOST + j] += 1e-13 * trace + TINY
+            scales[j] = sqrt(normal[j * MOST + j])
+        ridge = 0.0
+        while not solve(normal, right, scales, ridge, m, solution) and ridge < 1.0:
+            ridge = max(1e3 * ridge, 1e-15)
+        if turn + 1 == rounds:
+            return
+        for i in range(n):
+            residual[i] = -target[i]
+            row = design + i * m
+            for j in range(m):
+                residual[i] += row[j] * solution[j]
+        if not absolutes(residual, n, scratch):
+            return
+        middle = median(scratch, n) + 1e-12
+        for i in range(n):
+            weight[i] = 1.0 / (1.0 + residual[i] / middle * (residual[i] / middle))
+
+
+def solve_linear(const double[:, :, ::1] design, const double[:, ::1] target, int rounds):
+    """Solutions (K, m) of  design (K, N, m) . x = target (K, N);  see `fitting.axes.robust_linear_solve`."""
+    cdef Py_ssize_t k, n = design.shape[1]
+    cdef int m = design.shape[2]
+    if m > MOST:
+        raise ValueError(f"at most {MOST} unknowns, not {m}")
+    result = np.empty((design.shape[0], m))
+    cdef double[:, ::1] view = result
+    cdef double *room = room_for(3 * n)
+    with nogil:
+        for k in range(design.shape[0]):
+            solve_overdetermined(&design[k, 0, 0], &target[k, 0], n, m, rounds, room, &view[k, 0])
+    free(room)
+    return result
+
+
+def solve_circles(const double[:, ::1] x, const double[:, ::1] y, int rounds):
+    """Solutions (K, 3) of  x^2 + y^2 = a x + b y + c;  see `fitting.axes.circles`."""
+    cdef Py_ssize_t k, i, n = x.shape[1]
+    result = np.empty((x.shape[0], 3))
+    cdef double[:, ::1] view = result
+    cdef double *room = room_for(7 * n)
+    cdef double *design = room + 3 * n
+    cdef double *target = room + 6 * n
+    with nogil:
+        for k in range(x.shape[0]):
+            for i in range(n):
+                design[3 * i], design[3 * i + 1], design[3 * i + 2] = x[k, i], y[k, i], 1.0
+                target[i] = x[k, i] * x[k, i] + y[k, i] * y[k, i]
+            solve_overdetermined(design, target, n, 3, rounds, room, &view[k, 0])
+    free(room)
+    return result

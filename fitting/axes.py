@@ -1,9 +1,13 @@
 """Candidate axis directions and lines, and the linear systems that follow once a direction is known."""
 
+from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
 
-from fitting.geometry import TINY, Array, basis
+from fitting import _descent
+from fitting.geometry import Array, basis, cross
 
 _GRID = np.array(
     [
@@ -27,12 +31,21 @@ def axis_directions(points: Array, normals: Array) -> Array:
     _, by_normals = np.linalg.eigh(normals.T @ normals)
     centred = points - points.mean(axis=0)
     _, by_points = np.linalg.eigh(centred.T @ centred)
-    direction, _ = revolution_axis(points, normals)
-    return np.vstack([by_normals.T, direction, by_points.T, DIRECTION_GRID])
+    revolution = revolution_axis(points, normals)
+    return np.vstack([by_normals.T, revolution.direction, by_points.T, DIRECTION_GRID])
 
 
-def revolution_axis(points: Array, normals: Array, rounds: int = 4) -> tuple[Array, Array]:
-    """The axis line (direction, point) that the normal lines of a surface of revolution meet best.
+@dataclass(frozen=True, eq=False)
+class RevolutionAxis:
+    """The line that the normals meet best, and the eigenvalues (3,) of their reduced scatter, ascending."""
+
+    direction: Array
+    point: Array
+    eigenvalues: Array
+
+
+def revolution_axis(points: Array, normals: Array, rounds: int = 4) -> RevolutionAxis:
+    """The axis line that the normal lines of a surface of revolution meet best.
 
     A line with direction n through x has the moment m = x cross n, and meets the axis (c, c') where
     c . m + c' . n = 0; the smallest eigenvector of the reduced scatter of (m, n) is c. Reweighted, so that
@@ -41,53 +54,59 @@ def revolution_axis(points: Array, normals: Array, rounds: int = 4) -> tuple[Arr
     Source: Pottmann and Wallner, "Computational line geometry", 2001, section 4.2; Pottmann and Randrup,
     "Rotational and helical surface approximation for reverse engineering", Computing 60, 1998.
     """
-    lines = np.hstack([np.cross(points, normals), normals])
-    weights = np.ones(len(lines))
-    direction, momentum = np.array([0.0, 0.0, 1.0]), np.zeros(3)
+    lines = np.hstack([cross(points, normals), normals])
+    weights = np.full(len(lines), 1.0 / len(lines))
     for _ in range(rounds):
         scatter = (lines * weights[:, None]).T @ lines
         lower = scatter[3:, 3:] + 1e-12 * np.trace(scatter) * np.eye(3)
         coupling = np.linalg.solve(lower, scatter[3:, :3])
-        _, vectors = np.linalg.eigh(scatter[:3, :3] - scatter[:3, 3:] @ coupling)
+        eigenvalues, vectors = np.linalg.eigh(scatter[:3, :3] - scatter[:3, 3:] @ coupling)
         direction = vectors[:, 0]
         momentum = -coupling @ direction
         residual = np.abs(lines[:, :3] @ direction + lines[:, 3:] @ momentum)
-        weights = 1.0 / (residual + 0.5 * np.median(residual) + 1e-12)
-    return direction, np.cross(direction, momentum)
+        middle = np.partition(residual, len(residual) // 2)[len(residual) // 2]
+        weights = 1.0 / (residual + 0.5 * middle + 1e-12)
+        weights /= weights.sum()
+    return RevolutionAxis(direction, cross(direction, momentum), eigenvalues)
 
 
-def in_bases(points: Array, directions: Array) -> tuple[Array, Array, Array, Array]:
-    """Coordinates of the points (N, 3) about each of K directions.
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Points (N, 3) with their normals as seen along each of K directions.
 
-    Returns
-    -------
-    bases : (K, 3, 3) with rows u, v, axis
-    x, y, height : (K, N) coordinates along them
+    Attributes
+    ----------
+    u, v, axes : (K, 3) bases
+    points, normals : as given
+    x, y, height : (K, N) coordinates of the points in the bases
     """
-    bases = np.array([[*basis(direction), direction] for direction in directions])
-    coordinates = np.einsum("kij,nj->kin", bases, points)
-    return bases, coordinates[:, 0], coordinates[:, 1], coordinates[:, 2]
+
+    u: Array
+    v: Array
+    axes: Array
+    points: Array
+    normals: Array
+    x: Array
+    y: Array
+    height: Array
+
+    @classmethod
+    def along(cls, directions: Array, points: Array, normals: Array) -> Self:
+        u, v = (np.ascontiguousarray(across.T) for across in basis(directions.T))
+        x, y, height = (across @ points.T for across in (u, v, directions))
+        return cls(u, v, directions, points, normals, x, y, height)
+
+    def placed(self, x: Array, y: Array) -> Array:
+        """Points (K, 3) at x, y (K,) in the bases, at height 0."""
+        return x[:, None] * self.u + y[:, None] * self.v
 
 
 def robust_linear_solve(design: Array, target: Array, rounds: int = 4) -> Array:
-    """Solutions (K, m) of K overdetermined systems  design (K, N, m) . x = target (K, N).
+    """Solutions (K, m) of K overdetermined systems  design (K, N, m) . x = target (K, N), m at most 7.
 
     Reweighted by 1 / (1 + (residual / median)^2), so that a minority of outliers moves them little.
     """
-    weights = np.ones_like(target)
-    size = design.shape[-1]
-    solution = np.zeros((len(design), size))
-    for _ in range(rounds):
-        weighted = design * weights[..., None]
-        normal = np.swapaxes(weighted, 1, 2) @ design
-        ridge = 1e-13 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(size) + TINY * np.eye(size)
-        solution = np.linalg.solve(normal + ridge, np.einsum("knm,kn->km", weighted, target)[..., None])[
-            ..., 0
-        ]
-        residual = np.einsum("knm,km->kn", design, solution) - target
-        middle = np.median(np.abs(residual), axis=1, keepdims=True) + 1e-12
-        weights = 1.0 / (1.0 + (residual / middle) ** 2)
-    return solution
+    return _descent.solve_linear(np.ascontiguousarray(design), np.ascontiguousarray(target), rounds)
 
 
 def circles(x: Array, y: Array, rounds: int = 4) -> tuple[Array, Array, Array]:
@@ -95,8 +114,7 @@ def circles(x: Array, y: Array, rounds: int = 4) -> tuple[Array, Array, Array]:
 
     Source: Kasa, "A circle fitting procedure and its error analysis", IEEE Trans. Instrum. Meas. 25, 1976.
     """
-    design = np.stack([x, y, np.ones_like(x)], axis=-1)
-    solution = robust_linear_solve(design, x**2 + y**2, rounds)
+    solution = _descent.solve_circles(np.ascontiguousarray(x), np.ascontiguousarray(y), rounds)
     center_x, center_y = solution[:, 0] / 2.0, solution[:, 1] / 2.0
     return center_x, center_y, np.sqrt(np.maximum(solution[:, 2] + center_x**2 + center_y**2, 1e-12))
 

@@ -9,13 +9,16 @@ from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array
 from fitting.noise import resolution
 from fitting.normalize import Frame
-from fitting.normals import estimate_normals
+from fitting.normals import local_planes
 
 WORKING_POINTS = 20_000
 """Larger clouds are searched and judged on a random sample of this size; noisy ones end on all points."""
 
 SAMPLE_POINTS = 1024
-"""Points at which normals and neighbours are looked at."""
+"""Points at which neighbours are looked at ..."""
+
+NORMAL_POINTS = 512
+"""... and normals, which the classifier and the first guesses take."""
 
 LARGEST_COORDINATE = 1e100
 """Beyond this magnitude squares and products of coordinates overflow."""
@@ -40,7 +43,8 @@ class Cloud:
     points : (N, 3) all points
     working : (M, 3) the points, once each where many repeat, or a random sample of a large cloud
     sample : (S,) indices into `working`, in random order
-    normals : (S, 3) unit normals there
+    normals : (L, 3) unit normals at the first L of them
+    local_noise : median scatter of their neighbours about local planes
     tolerance : size of the rounding of the coordinates
     diagonal : of the bounding box
     flat : all points lie in one plane within the rounding
@@ -51,6 +55,7 @@ class Cloud:
     working: Array
     sample: np.ndarray
     normals: Array
+    local_noise: float
     tolerance: float
     diagonal: float
     flat: bool
@@ -79,12 +84,15 @@ class Cloud:
                 "no primitive is determined"
             )
         sample = rng.permutation(len(working))[:SAMPLE_POINTS]
+        seen = sample[:NORMAL_POINTS]
+        normals_there, scatter = local_planes(working, at=working[seen])
         return cls(
             frame=frame,
             points=normalized,
             working=working,
             sample=sample,
-            normals=estimate_normals(working, at=working[sample]) if given is None else given[sample],
+            normals=normals_there if given is None else given[seen],
+            local_noise=float(np.median(scatter)),
             tolerance=tolerance,
             diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
             flat=bool(spread[2] <= tolerance),

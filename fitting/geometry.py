@@ -31,27 +31,26 @@ def unit(values: object) -> Array:
     return vector(direction / np.sqrt(direction @ direction))
 
 
+def cross(a: Array, b: Array) -> Array:
+    """`numpy.cross` of (..., 3) arrays of one shape, several times as fast."""
+    result = np.empty_like(a)
+    for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+        result[..., k] = a[..., i] * b[..., j] - a[..., j] * b[..., i]
+    return result
+
+
 def basis(axis: Array) -> tuple[Array, Array]:
-    """Two unit vectors that complete the unit vector `axis` to a right-handed orthonormal frame.
+    """Two unit vectors that complete each unit vector `axis`, (3,) or (3, K), to a right-handed frame.
 
     Source: Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017, listing 3.
     """
     x, y, z = axis
-    sign = 1.0 if z >= 0.0 else -1.0
+    sign = np.where(z >= 0.0, 1.0, -1.0)
     a = -1.0 / (sign + z)
     b = x * y * a
     u = np.array([1.0 + sign * x * x * a, sign * b, -sign * x])
     v = np.array([b, sign + y * y * a, -y])
     return u, v
-
-
-def tilted(axis: Array, along_u: float, along_v: float) -> Array:
-    """`axis` turned towards `along_u * u + along_v * v` of its basis [rad]."""
-    angle = np.hypot(along_u, along_v)
-    if angle == 0.0:
-        return axis
-    u, v = basis(axis)
-    return unit(np.cos(angle) * axis + np.sin(angle) / angle * (along_u * u + along_v * v))
 
 
 def canonical_direction(direction: Array) -> Array:

@@ -7,6 +7,7 @@ scan to the next.
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -14,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from fitting.cloud import Cloud
 from fitting.geometry import Array
-from fitting.noise import exact_points, trimmed_scale
+from fitting.noise import NoiseModel, exact_points, trimmed_scale
 from fitting.primitives import Primitive
 from fitting.refine import linearize
 from fitting.result import ErrorSummary
@@ -44,10 +45,15 @@ Less, by four times its parameters, for a surface that has few points to hug. Tw
 beside a few exact points, and any noise beside many."""
 
 CLEAR_STRUCTURE = 0.15
-"""A share and a correlation below this leave no doubt if the classifier has none, either ..."""
+"""A share and a correlation below this are those of noise ..."""
+
+CLEAR_NOISE = 1.5
+"""... if it is no larger than this many times what neighbours scatter about local planes ..."""
 
 CLEAR_TREND = 4.0
-"""... and a trend of the residuals within this many standard deviations of what noise alone shows."""
+"""... and if the trend is within this many standard deviations of what noise alone shows.
+
+A trend beyond it, noise correlated as the residuals are, speaks against a kind whatever the ranking says."""
 
 LARGE_EXACT_SHARE = 0.25
 """An exact subset of this share is no accident of sampling (two generatrices reach 0.22)."""
@@ -64,11 +70,19 @@ CLOSE_NEIGHBOURS = 3
 """Structure is looked for between at most so many patches of at least so many points, and among so many
 neighbours; not at all in clouds of fewer than two patches."""
 
+ROUNDING_NOISE = 0.3
+"""Standard deviation of a rounded coordinate, in steps: 1 / sqrt 12."""
+
 HIGHEST_CORRELATION = 0.9
 """Neighbours count as correlated by at most this when the effective number of points is derived."""
 
 EQUAL_SHARES = 0.1
 """Exact shares that differ by less than this, relatively, are equal."""
+
+LEAST_GAIN = 0.01
+"""Log-likelihood a point that a more general kind must bring: a variance lower by 2 %.
+
+With very many points less than that is significant, but noise is never quite as it is modelled."""
 
 STRONG_EVIDENCE = 6.0
 """Difference in BIC that decides; Kass and Raftery, "Bayes factors", JASA 90, 1995, section 3.2."""
@@ -89,6 +103,8 @@ class Evidence:
         follows a quadratic in space
     correlation : of the residuals of neighbouring inliers, 0 for independent noise
     trend : how far they follow that quadratic, in standard deviations of what pure noise shows
+    rounding : of the coordinates; their noise is not smaller
+    diagonal : of the cloud's bounding box
     """
 
     primitive: Primitive
@@ -99,29 +115,50 @@ class Evidence:
     structure: float
     correlation: float
     trend: float
+    rounding: float
+    diagonal: float
 
     @classmethod
     def weigh(cls, primitive: Primitive, cloud: Cloud) -> Self:
         distance = primitive.signed_distance(cloud.working)
         absolute = np.abs(distance)
         exact = exact_points(absolute, cloud.tolerance, primitive.dof)
-        if cloud.is_small(primitive.dof):
-            noise = float(np.sqrt(np.sum(absolute**2) / max(len(absolute) - primitive.dof, 1)))
-            everything = np.ones_like(exact)
-            return cls(primitive, distance, exact, everything, 0.0 if exact.all() else noise, 0.0, 0.0, 0.0)
-        noise_scale = 0.0 if exact.all() else trimmed_scale(absolute[~exact])
-        if not exact.any():
-            noise_scale *= float(np.sqrt(len(absolute) / (len(absolute) - primitive.dof)))
-        nearby = SMALL_DEFORMATION * cloud.diagonal if exact.any() else cloud.tolerance
-        inlier = exact | (absolute <= max(OUTLIER * noise_scale, nearby))
-        seen = cloud.sample[(inlier & ~exact)[cloud.sample]]
+        spare = max(len(absolute) - primitive.dof, 1)
+        inlier, seen = np.ones_like(exact), np.empty(0, np.intp)
+        if exact.all():
+            noise_scale = 0.0
+        elif cloud.is_small(primitive.dof):
+            noise_scale = float(np.sqrt(np.sum(absolute**2) / spare))
+        else:
+            noise_scale = trimmed_scale(absolute[~exact])
+            if not exact.any():
+                noise_scale *= float(np.sqrt(len(absolute) / spare))
+            nearby = SMALL_DEFORMATION * cloud.diagonal if exact.any() else cloud.tolerance
+            inlier = exact | (absolute <= max(OUTLIER * noise_scale, nearby))
+            seen = cloud.sample[(inlier & ~exact)[cloud.sample]]
         structure = correlation = trend = 0.0
-        if len(seen) >= 2 * PATCH_POINTS:
+        if len(seen) >= 2 * PATCH_POINTS and noise_scale > cloud.tolerance:
             points, residual = cloud.working[seen], distance[seen]
             feet = points - residual[:, None] * primitive.gradient(points)
             share, trend = _trend(primitive, feet, residual)
             structure, correlation = max(_structure(feet, residual), share), _correlation(feet, residual)
-        return cls(primitive, distance, exact, inlier, noise_scale, structure, correlation, trend)
+        return cls(
+            primitive,
+            distance,
+            exact,
+            inlier,
+            noise_scale,
+            structure,
+            correlation,
+            trend,
+            cloud.tolerance,
+            cloud.diagonal,
+        )
+
+    @cached_property
+    def noise(self) -> NoiseModel:
+        """The mixture of noise and outliers that makes the distances most likely."""
+        return NoiseModel.of(self.distance, ROUNDING_NOISE * self.rounding, self.diagonal)
 
     @property
     def exact_share(self) -> float:
@@ -137,11 +174,18 @@ class Evidence:
 
 
 class Standing(IntEnum):
-    """How good an explanation is: `ACCEPTABLE` is enough if no other kind explains the cloud better."""
+    """How good an explanation is.
+
+    `DOUBTFUL` is enough if no other kind explains the cloud better, `ACCEPTABLE` if no other probable one
+    does, `CLEAR` if no simpler one does as well: what it leaves over is noise. With `CERTAIN` there is
+    nothing to ask but what the surface nearly is.
+    """
 
     REFUSED = 0
-    ACCEPTABLE = 1
-    CERTAIN = 2
+    DOUBTFUL = 1
+    ACCEPTABLE = 2
+    CLEAR = 3
+    CERTAIN = 4
 
 
 @dataclass(frozen=True)
@@ -152,13 +196,12 @@ class Verdict:
     reason: str
 
 
-def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, sure: bool, only: bool) -> Verdict:
+def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, only: bool) -> Verdict:
     """Whether the evidence is good enough, by the caller's threshold or by the cloud's own noise.
 
     Parameters
     ----------
     max_error : the caller's threshold as in `Config`, or None
-    sure : the classifier hardly doubts this kind
     only : no other kind is allowed, so that no evidence against others is needed
     """
     n, primitive = len(cloud.working), evidence.primitive
@@ -175,7 +218,7 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, sure: bool,
         return _by_exact_points(evidence, cloud.diagonal)
     if n < 2 * primitive.dof and not only:
         return Verdict(Standing.REFUSED, f"{n} points that do not lie on it are too few to check it with")
-    return _by_noise(evidence, cloud.diagonal, sure or only)
+    return _by_noise(evidence, cloud)
 
 
 def _by_threshold(mean: float, max_error: float) -> Verdict:
@@ -201,22 +244,24 @@ def _by_exact_points(evidence: Evidence, diagonal: float) -> Verdict:
     return Verdict(Standing.REFUSED, f"{exact}, but the others form a structure of their own: {spread}")
 
 
-def _by_noise(evidence: Evidence, diagonal: float, sure: bool) -> Verdict:
+def _by_noise(evidence: Evidence, cloud: Cloud) -> Verdict:
     """No point is exact: the residuals must be small and know nothing of each other."""
-    spread = _spread(evidence, diagonal)
+    spread = _spread(evidence, cloud.diagonal)
     largest = min(LARGEST_STRUCTURE + CHANCE / len(evidence.distance), LARGEST_BIASED_STRUCTURE)
     if evidence.structure > largest:
         limit = 1.0 / np.sqrt(1.0 - largest)
         return Verdict(Standing.REFUSED, f"the shape is systematically off: {spread} (at most {limit:.2f})")
     most = LARGEST_SCATTER * max(1.0 - 4.0 * evidence.primitive.dof / len(evidence.distance), 0.25)
-    if evidence.noise_scale > most * diagonal:
+    if evidence.noise_scale > most * cloud.diagonal:
         return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {most:.2e})")
+    if evidence.trend > CLEAR_TREND * _points_alike(evidence.correlation):
+        return Verdict(Standing.DOUBTFUL, spread)
     clear = (
-        sure
+        evidence.trend <= CLEAR_TREND
         and max(evidence.structure, evidence.correlation) <= CLEAR_STRUCTURE
-        and evidence.trend <= CLEAR_TREND
+        and evidence.noise_scale <= max(CLEAR_NOISE * cloud.local_noise, cloud.tolerance)
     )
-    return Verdict(Standing.CERTAIN if clear else Standing.ACCEPTABLE, spread)
+    return Verdict(Standing.CLEAR if clear else Standing.ACCEPTABLE, spread)
 
 
 def _spread(evidence: Evidence, diagonal: float) -> str:
@@ -227,22 +272,22 @@ def _spread(evidence: Evidence, diagonal: float) -> str:
     )
 
 
-def better(a: Evidence, b: Evidence, tolerance: float) -> float:
+def better(a: Evidence, b: Evidence) -> float:
     """How much better `a` explains the cloud than `b`: a difference in BIC, negative where `b` is better.
 
     Where either has exact points, the share of them decides and the simpler kind wins among equal shares.
-    Otherwise Gaussian BIC on the inliers of the surface with the smaller noise, with the number of points
-    that their correlation leaves.
+    Otherwise BIC on all points, with their noise model and the number that their correlation leaves; the more
+    general kind must make every point more likely by `LEAST_GAIN`, too.
     Source: Schwarz, "Estimating the dimension of a model", Annals of Statistics 6, 1978.
     """
+    general = b.primitive.dof - a.primitive.dof
     if a.exact.any() or b.exact.any():
         if abs(a.exact_share - b.exact_share) > EQUAL_SHARES * max(a.exact_share, b.exact_share):
             return np.inf if a.exact_share > b.exact_share else -np.inf
-        return np.inf if a.primitive.dof < b.primitive.dof else -np.inf
-    common = a.inlier if a.noise_scale < b.noise_scale else b.inlier
-    n = max(int(common.sum()) / _points_alike(min(a.correlation, b.correlation)), 1.0)
-    mean_a, mean_b = (float(np.mean(e.distance[common] ** 2)) + tolerance**2 for e in (a, b))
-    return n * float(np.log(mean_b / mean_a)) + (b.primitive.dof - a.primitive.dof) * float(np.log(n))
+        return np.inf if general > 0 else -np.inf
+    n = max(len(a.distance) / _points_alike(min(a.correlation, b.correlation)), 1.0)
+    gain = (a.noise.log_likelihood - b.noise.log_likelihood) / len(a.distance)
+    return n * 2.0 * (gain + float(np.sign(general)) * LEAST_GAIN) + general * float(np.log(n))
 
 
 def _points_alike(correlation: float) -> float:

@@ -1,8 +1,11 @@
 """How finely a cloud is written down, and how far points scatter about a surface."""
 
+from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
 
-from fitting.geometry import Array
+from fitting.geometry import TINY, Array
 
 DECIMALS = range(0, 10)
 """Coordinates that are multiples of 10^-k for such a k are taken for quantised."""
@@ -12,6 +15,11 @@ COARSEST_STEPS = 64
 
 LEAST_EXACT = 0.03
 """Smallest share of a cloud that counts as an exact subset."""
+
+MIXTURE_POINTS = 2048
+MIXTURE_ROUNDS = 20
+LEAST_OUTLIERS, MOST_OUTLIERS = 1e-4, 0.7
+"""Bounds of the share of outliers in a mixture: at 0 a single outlier would have no likelihood at all."""
 
 TRIM = 2.5
 TRIMMED_DEVIATION = 0.9545975
@@ -74,3 +82,40 @@ def exact_points(distance: Array, tolerance: float, dof: int) -> np.ndarray:
     if count >= max(4 * dof, LEAST_EXACT * len(distance)) and count > 5.0 * nearby / 9.0:
         return mask
     return np.zeros_like(mask)
+
+
+@dataclass(frozen=True)
+class NoiseModel:
+    """Distances as a mixture: normal with mean 0 and `scale`, but an `outlier_share` uniform in the cloud.
+
+    `log_likelihood` is that of all distances.
+    """
+
+    scale: float
+    outlier_share: float
+    log_likelihood: float
+
+    @classmethod
+    def of(cls, distance: Array, smallest: float, width: float) -> Self:
+        """The most likely mixture, by expectation maximisation on at most `MIXTURE_POINTS` distances of (N,).
+
+        `smallest` is the least scale, `width` the range over which outliers are uniform.
+        Source: Dempster, Laird and Rubin, JRSS B 39, 1977; outliers so modelled in Torr and Zisserman,
+        "MLESAC", CVIU 78, 2000.
+        """
+        few = distance[:: max(1, len(distance) // MIXTURE_POINTS)] ** 2
+        scale = max(1.4826 * float(np.sqrt(np.median(few))), smallest)
+        share = 0.05
+        for _ in range(MIXTURE_ROUNDS):
+            surface = (1.0 - share) * _normal(few, scale)
+            belongs = surface / (surface + share / width)
+            total = float(belongs.sum())
+            scale = max(float(np.sqrt(belongs @ few / max(total, TINY))), smallest)
+            share = min(max(1.0 - total / len(few), LEAST_OUTLIERS), MOST_OUTLIERS)
+        likelihood = np.log((1.0 - share) * _normal(distance**2, scale) + share / width)
+        return cls(scale, share, float(likelihood.sum()))
+
+
+def _normal(squared: Array, scale: float) -> Array:
+    density: Array = np.exp(-0.5 * squared / scale**2) / (scale * np.sqrt(2.0 * np.pi))
+    return density

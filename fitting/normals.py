@@ -1,4 +1,4 @@
-"""Unit normals of a cloud from local principal components."""
+"""Unit normals of a cloud, and its noise, from local principal components."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -23,12 +23,21 @@ def estimate_normals(points: Array, k: int = NEIGHBOURS, at: Array | None = None
 
     Source: Hoppe et al., "Surface reconstruction from unorganized points", SIGGRAPH 1992, section 3.2.
     """
+    return local_planes(points, k, at)[0]
+
+
+def local_planes(points: Array, k: int = NEIGHBOURS, at: Array | None = None) -> tuple[Array, Array]:
+    """Normals as `estimate_normals`, and how far the neighbours scatter about their planes, (N,) or (M,).
+
+    The scatter is a standard deviation, unbiased for independent noise on a flat surface; curvature adds to
+    it, and correlation of the noise takes from it.
+    """
     where = points if at is None else at
     k = min(k, len(points))
     if k < 3:
-        return np.tile([0.0, 0.0, 1.0], (len(where), 1))
+        return np.tile([0.0, 0.0, 1.0], (len(where), 1)), np.zeros(len(where))
     _, neighbours = cKDTree(points).query(where, k=k)
     offsets = points[neighbours]
     offsets -= offsets.mean(axis=1, keepdims=True)
-    _, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
-    return vectors[:, :, 0]
+    squares, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
+    return vectors[:, :, 0], np.sqrt(np.maximum(squares[:, 0], 0.0) / max(k - 3, 1))

@@ -17,10 +17,9 @@ from fitting.search import fit_kind
 
 DEFAULT_CONFIG = Config()
 
-SURE = 0.8
-"""Probability from which a kind that explains the cloud by noise alone is not held against the others.
-
-A single allowed kind needs none of it."""
+DOUBT = 0.02
+"""A kind that is less probable than this, beside an acceptable one and those that were not tried yet, is not
+held against it."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class _Try:
 
     @property
     def acceptable(self) -> bool:
-        return self.standing >= Standing.ACCEPTABLE
+        return self.standing > Standing.REFUSED
 
 
 def recognize(
@@ -66,17 +65,37 @@ def recognize(
     while queue:
         tried = _attempt(queue.pop(0), cloud, config, probabilities if classifier else None)
         tries.append(tried)
-        if classifier and tried.evidence and tried.standing == Standing.CERTAIN:
-            neighbours = tried.evidence.primitive.simpler_kinds(extent=1.0)
-            done = {earlier.attempt.kind for earlier in tries}
-            queue = [kind for kind in neighbours if kind in config.kinds and kind not in done]
+        if classifier:
+            queue = _worth_trying(queue, tries, probabilities, cloud)
     return _conclude(tries, cloud)
+
+
+def _worth_trying(
+    queue: list[str], tries: list[_Try], probabilities: Mapping[str, float], cloud: Cloud
+) -> list[str]:
+    """Which of the kinds in the queue may explain the cloud better than what was found so far."""
+    acceptable = [tried for tried in tries if tried.acceptable]
+    if not acceptable:
+        return queue
+    best = _best(acceptable)
+    assert best.evidence
+    primitive = best.evidence.primitive
+    nearly = primitive.simpler_kinds(extent=1.0)
+    left = probabilities[primitive.kind] + sum(probabilities[kind] for kind in queue)
+
+    def worth(kind: str) -> bool:
+        simpler = PRIMITIVES[kind].dof < primitive.dof
+        probable = probabilities[kind] >= DOUBT * left or best.standing == Standing.DOUBTFUL
+        asked = best.standing < Standing.CLEAR or (simpler and best.standing < Standing.CERTAIN)
+        return kind in nearly or (probable and asked)
+
+    return [kind for kind in queue if worth(kind)]
 
 
 def _rank(cloud: Cloud, classifier: Classifier | None) -> Mapping[str, float]:
     if classifier is None:
         return dict.fromkeys(KINDS, 1.0 / len(KINDS))
-    return classifier.rank(cloud.working[cloud.sample], cloud.normals)
+    return classifier.rank(cloud.working[cloud.sample[: len(cloud.normals)]], cloud.normals)
 
 
 def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str, float] | None) -> _Try:
@@ -86,8 +105,7 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
     if isinstance(primitive, FailedFit):
         return _Try(Attempt(kind, probability, "failed", primitive.reason, None, None))
     evidence = Evidence.weigh(primitive, cloud)
-    sure = probability is not None and probability >= SURE
-    verdict = judge(evidence, cloud, config.max_error, sure, only=len(config.kinds) == 1)
+    verdict = judge(evidence, cloud, config.max_error, only=len(config.kinds) == 1)
     attempt = Attempt(
         kind=kind,
         probability=probability,
@@ -106,14 +124,14 @@ def _conclude(tries: list[_Try], cloud: Cloud) -> Recognition:
     if not fits:
         message = "no allowed kind could be fitted: " + "; ".join(tried.attempt.reason for tried in tries)
         return _recognition("no_fit", None, [], tries, message, cloud)
-    best = _best(acceptable or fits, cloud.tolerance)
+    best = _best(acceptable or fits)
     if not acceptable:
         name = best.attempt.kind
         message = f"no allowed kind explains the cloud; the best try is a {name}: {best.attempt.reason}"
         return _recognition("no_fit", best, [], tries, message, cloud)
-    rivals = [t for t in acceptable if t is not best and _rivals(best, t, cloud.tolerance)]
+    rivals = [t for t in acceptable if t is not best and _rivals(best, t)]
     tries = [
-        _second(tried, best, cloud)
+        _second(tried, best)
         if tried.acceptable and not any(tried is kept for kept in (best, *rivals))
         else tried
         for tried in tries
@@ -125,29 +143,29 @@ def _conclude(tries: list[_Try], cloud: Cloud) -> Recognition:
     return _recognition("fitted", best, [], tries, f"{best.attempt.kind}: {best.attempt.reason}", cloud)
 
 
-def _best(candidates: list[_Try], tolerance: float) -> _Try:
+def _best(candidates: list[_Try]) -> _Try:
     best = candidates[0]
     for tried in candidates[1:]:
-        if _advantage(tried, best, tolerance) > 0.0:
+        if _advantage(tried, best) > 0.0:
             best = tried
     return best
 
 
-def _advantage(a: _Try, b: _Try, tolerance: float) -> float:
+def _advantage(a: _Try, b: _Try) -> float:
     assert a.evidence and b.evidence
-    return better(a.evidence, b.evidence, tolerance)
+    return better(a.evidence, b.evidence)
 
 
-def _rivals(best: _Try, other: _Try, tolerance: float) -> bool:
+def _rivals(best: _Try, other: _Try) -> bool:
     """Whether the better try is no simpler and too little better to be proven."""
     assert best.evidence and other.evidence
     simpler = best.evidence.primitive.dof < other.evidence.primitive.dof
-    return not simpler and _advantage(best, other, tolerance) < STRONG_EVIDENCE
+    return not simpler and _advantage(best, other) < STRONG_EVIDENCE
 
 
-def _second(tried: _Try, best: _Try, cloud: Cloud) -> _Try:
+def _second(tried: _Try, best: _Try) -> _Try:
     """The try with its attempt marked as refused because another kind explains the cloud better."""
-    advantage = _advantage(best, tried, cloud.tolerance)
+    advantage = _advantage(best, tried)
     how = f" (BIC lower by {advantage:.0f})" if np.isfinite(advantage) else ""
     reason = f"{tried.attempt.reason}; a {best.attempt.kind} explains the cloud better or more simply{how}"
     return replace(tried, attempt=replace(tried.attempt, outcome="refused", reason=reason))

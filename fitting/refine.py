@@ -8,6 +8,7 @@ solve, and the search takes thousands of them a cloud.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fitting import _descent
 from fitting.geometry import Array
@@ -16,6 +17,9 @@ from fitting.primitives import KINDS, PRIMITIVES, Primitive
 
 CODES = {kind: code for code, kind in enumerate(KINDS)}
 """The numbers of the kinds in `fitting._descent`."""
+
+WIDTHS = 2.0
+"""Scale of the kernel that starts settle under, in medians of the absolute distance."""
 
 
 @dataclass(frozen=True)
@@ -66,3 +70,26 @@ def stepped(primitive: Primitive, step: Array) -> Primitive:
     return PRIMITIVES[kind].from_row(
         _descent.stepped(CODES[kind], primitive.row(), np.asarray(step, np.float64))
     )
+
+
+def settle(
+    kind: str, starts: Array, points: Array, smallest: float, rounds: int, iterations: int
+) -> tuple[Array, Array]:
+    """Rows (K, 9) after some rounds of robust steps each from the starts (K, 9), and their distances (K, N).
+
+    In a round the scale of a Geman-McClure kernel is twice the median distance, but at least `smallest`. Rows
+    that cannot be stepped from stay as they are.
+    """
+    return _descent.settle(CODES[kind], starts, points, smallest, WIDTHS, rounds, iterations)
+
+
+def compete(
+    kind: str, starts: Array, points: Array, smallest: float, resolved: float, stages: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """The row (9,) that the best of the starts (K, 9) leads to, and its distances (N,).
+
+    A row of `stages` is (points, steps, kept): all that are left take so many robust steps, as in `settle`,
+    on so many points evenly spread over their order, and those with the least mean logarithm of the distance
+    plus `resolved` go on.
+    """
+    return _descent.compete(CODES[kind], starts, points, smallest, WIDTHS, resolved, stages)

@@ -10,7 +10,7 @@ from fitting.geometry import TINY, Array
 from fitting.kernels import Kernel
 from fitting.noise import TRIM, TRIMMED_DEVIATION, exact_points, trimmed_scale
 from fitting.primitives import PRIMITIVES, Primitive
-from fitting.refine import CODES, refine
+from fitting.refine import CODES, refine, settle
 from fitting.result import FailedFit
 
 GUESS_POINTS = 160
@@ -105,7 +105,7 @@ def _settled(kind: str, rows: Array, points: Array, tolerance: float, iterations
     """The rows after some robust steps at twice their median distance, with distances, the best first."""
     if not len(rows):
         return rows, np.empty((0, len(points)))
-    rows, distances = _descent.settle(CODES[kind], rows, points, tolerance, 2.0, 1, iterations)
+    rows, distances = settle(kind, rows, points, tolerance, rounds=1, iterations=iterations)
     costs = [log_cost(np.abs(each), 1e-3) for each in distances]
     order = [k for k in np.argsort(costs, kind="stable") if np.isfinite(costs[k])]
     return rows[order], distances[order]

@@ -12,11 +12,11 @@ Sources: Tang et al., "Histogram of oriented normal vectors for object recogniti
 import numpy as np
 from numpy.typing import NDArray
 
-from models.revolution import N_REVOLUTION, revolution_features
+from models.rough import N_ROUGH, evenly, rough_features
 
 Array = NDArray[np.float64]
 
-FEATURE_VERSION = 2
+FEATURE_VERSION = 3
 """Raised with any change that alters a number below: weights of another version are refused."""
 
 SAMPLE_POINTS = 512
@@ -35,7 +35,7 @@ BLOCKS = {
     "normals": 3 * NORMAL_BINS,
     "pair_normals": PAIR_BINS * DISTANCE_BINS,
     "pair_directions": PAIR_BINS * DISTANCE_BINS,
-    "revolution": N_REVOLUTION,
+    "rough_fits": N_ROUGH,
 }
 """The blocks of a feature vector, in order, with their lengths."""
 N_FEATURES = sum(BLOCKS.values())
@@ -59,8 +59,8 @@ def features(points: Array, normals: Array) -> Array:
             shape_features(points),
             gauss_map_features(normals),
             normal_features(normals),
-            *pair_features(*_evenly(PAIR_POINTS, points, normals)),
-            revolution_features(points, normals),
+            *pair_features(*evenly(PAIR_POINTS, points, normals)),
+            rough_features(points, normals),
         ]
     )
 
@@ -76,17 +76,10 @@ def representatives(points: Array, normals: Array) -> tuple[Array, Array]:
     order = np.argsort(radius)
     if np.any(np.diff(radius[order]) == 0.0):
         order = np.lexsort((*centered.T, radius))
-    centered, normals = _evenly(SAMPLE_POINTS, centered[order], normals[order])
+    centered, normals = evenly(SAMPLE_POINTS, centered[order], normals[order])
     centered = centered - centered.mean(axis=0)
     scale = np.sqrt(np.mean(np.einsum("ij,ij->i", centered, centered)))
     return centered / (scale if scale > 0.0 else 1.0), normals
-
-
-def _evenly(count: int, points: Array, normals: Array) -> tuple[Array, Array]:
-    if len(points) <= count:
-        return points, normals
-    chosen = np.linspace(0, len(points) - 1, count).astype(int)
-    return points[chosen], normals[chosen]
 
 
 def shape_features(points: Array) -> Array:

@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from fitting.axes import axis_directions, in_bases, robust_linear_solve
+from fitting.axes import Seen, axis_directions, robust_linear_solve
 from fitting.geometry import TINY, Array, around_axis, basis, foot_of_origin, rows, unit, vector
 
 SMALLEST_ANGLE = 1e-9
@@ -67,20 +67,22 @@ class Cone:
 
     @classmethod
     def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
-        return cls.rows_about(axis_directions(points, normals), points)
+        return cls.rows_about(Seen.along(axis_directions(points, normals), points, normals))
 
     @classmethod
-    def rows_about(cls, directions: Array, points: Array, rounds: int = 4) -> Array:
+    def rows_about(cls, seen: Seen, rounds: int = 4) -> Array:
         """For each direction the quadric  x^2 + y^2 = a x + b y + m h^2 + e h + f,  m = tan^2 t."""
-        bases, x, y, height = in_bases(points, directions)
-        design = np.stack([x, y, height**2, height, np.ones_like(x)], axis=-1)
+        x, y, height = seen.x, seen.y, seen.height
+        design = np.empty((*x.shape, 5))
+        design[..., 0], design[..., 1], design[..., 2] = x, y, height**2
+        design[..., 3], design[..., 4] = height, 1.0
         a, b, m, e, _ = robust_linear_solve(design, x**2 + y**2, rounds).T
         m = np.clip(m, 0.01, 100.0)
         apex = -e / (2.0 * m)
         side = np.where(np.median(height, axis=1) > apex, 1.0, -1.0)
         angles = np.arctan(np.sqrt(m))
-        feet = (a / 2.0)[:, None] * bases[:, 0] + (b / 2.0)[:, None] * bases[:, 1]
-        return rows(side[:, None] * bases[:, 2], feet, angles, offset=-side * apex * np.sin(angles))
+        feet = seen.placed(a / 2.0, b / 2.0)
+        return rows(side[:, None] * seen.axes, feet, angles, offset=-side * apex * np.sin(angles))
 
     def canonical(self, center: Array) -> Self:
         return self

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from fitting.axes import axis_directions, circles, in_bases
+from fitting.axes import Seen, axis_directions, circles
 from fitting.geometry import (
     TINY,
     Array,
@@ -64,15 +64,13 @@ class Cylinder:
 
     @classmethod
     def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
-        return cls.rows_about(axis_directions(points, normals), points)
+        return cls.rows_about(Seen.along(axis_directions(points, normals), points, normals))
 
     @classmethod
-    def rows_about(cls, directions: Array, points: Array, rounds: int = 4) -> Array:
+    def rows_about(cls, seen: Seen, rounds: int = 4) -> Array:
         """For each direction, the circle through the points seen along it."""
-        bases, x, y, _ = in_bases(points, directions)
-        center_x, center_y, radii = circles(x, y, rounds)
-        feet = center_x[:, None] * bases[:, 0] + center_y[:, None] * bases[:, 1]
-        return rows(bases[:, 2], feet, offset=radii)
+        x, y, radii = circles(seen.x, seen.y, rounds)
+        return rows(seen.axes, seen.placed(x, y), offset=radii)
 
     def canonical(self, center: Array) -> Self:
         """Same cylinder, axis in its canonical sign, point closest to `center`."""

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from fitting.axes import axis_directions, circles, in_bases, revolution_axis, robust_linear_solve
+from fitting.axes import RevolutionAxis, Seen, axis_directions, circles, revolution_axis, robust_linear_solve
 from fitting.geometry import TINY, Array, around_axis, basis, canonical_direction, rows, unit, vector
 
 CYLINDER_LIKE = 5.0
@@ -71,39 +71,48 @@ class Torus:
 
     @classmethod
     def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
-        directions = axis_directions(points, normals)
-        return cls.rows_about(directions, revolution_axis(points, normals), points, normals)
+        seen = Seen.along(axis_directions(points, normals), points, normals)
+        return cls.rows_about(seen, revolution_axis(points, normals))
 
     @classmethod
-    def rows_about(
-        cls, directions: Array, line: tuple[Array, Array], points: Array, normals: Array, rounds: int = 4
-    ) -> Array:
+    def rows_about(cls, seen: Seen, line: RevolutionAxis, rounds: int = 4) -> Array:
         """For each candidate axis the circle through the profile (rho, h) of the points about it.
 
-        The candidates are the given line (direction, point), and two for each direction: one passes where
-        the normal lines meet it,  (n x a) . (x - p) = 0,  the other through the centre of the circle that
-        the points describe when seen along it.
+        The candidates are the given line, and two for each direction: one passes where the normal lines meet
+        it,  (n x a) . (x - p) = 0,  the other through the centre of the circle that the points describe when
+        seen along it.
         """
-        bases, x, y, _ = in_bases(points, directions)
-        _, normal_x, normal_y, _ = in_bases(normals, directions)
-        across = np.stack([normal_y, -normal_x], axis=-1)
-        met = robust_linear_solve(across, across[..., 0] * x + across[..., 1] * y, rounds)
-        seen_x, seen_y, _ = circles(x, y, rounds)
-        axes = np.vstack([directions, directions, line[0]])
-        feet = np.vstack(
-            [
-                met[:, :1] * bases[:, 0] + met[:, 1:] * bases[:, 1],
-                seen_x[:, None] * bases[:, 0] + seen_y[:, None] * bases[:, 1],
-                line[1],
-            ]
-        )
-        relative = points - feet[:, None]
-        height = np.einsum("kni,ki->kn", relative, axes)
-        rho = np.linalg.norm(relative - height[..., None] * axes[:, None], axis=2)
+        across = np.stack([seen.v @ seen.normals.T, -(seen.u @ seen.normals.T)], axis=-1)
+        met = robust_linear_solve(across, across[..., 0] * seen.x + across[..., 1] * seen.y, rounds)
+        seen_x, seen_y, _ = circles(seen.x, seen.y, rounds)
+        axes = np.vstack([seen.axes, seen.axes, line.direction])
+        feet = np.vstack([seen.placed(*met.T), seen.placed(seen_x, seen_y), line.point])
+        relative = seen.points - feet[:, None]
+        height = (relative @ axes[..., None])[..., 0]
+        radial = relative - height[..., None] * axes[:, None]
+        rho = np.sqrt(np.einsum("kni,kni->kn", radial, radial))
         major, level, minor = circles(rho, height, rounds)
-        return rows(
-            axes, feet + level[:, None] * axes, major=np.maximum(np.abs(major), SMALLEST_MAJOR), offset=minor
-        )
+        major = np.maximum(np.abs(major), SMALLEST_MAJOR)
+        return rows(axes, feet + level[:, None] * axes, major=major, offset=minor)
+
+    @classmethod
+    def rows_along(cls, cylinder: Array, points: Array, normals: Array, rounds: int = 4) -> Array:
+        """The torus (1, 9) whose tube has the radius of a cylinder (9,), bent as the normals say.
+
+        Going back along the normals by the radius leads to the circle in the middle of the tube.
+        """
+        axis, foot, radius = cylinder[:3], cylinder[3:6], cylinder[8]
+        relative = points - foot
+        radial = relative - np.outer(relative @ axis, axis)
+        side = np.where(np.einsum("ij,ij->i", radial, normals) < 0.0, -1.0, 1.0)
+        off = np.abs(np.sqrt(np.einsum("ij,ij->i", radial, radial)) - radius)
+        on_tube = off <= 2.0 * np.median(off)
+        spine = points[on_tube] - radius * side[on_tube, None] * normals[on_tube]
+        center = spine.mean(axis=0)
+        _, axes = np.linalg.eigh((spine - center).T @ (spine - center))
+        along = (spine - center) @ axes
+        x, y, major = circles(along[None, :, 2], along[None, :, 1], rounds)
+        return rows(axes[None, :, 0], center + x * axes[:, 2] + y * axes[:, 1], major=major, offset=radius)
 
     def canonical(self, center: Array) -> Self:
         return type(self)(self.center, canonical_direction(self.axis), self.major_radius, self.minor_radius)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fitting.cloud import NORMAL_POINTS
 from fitting.normalize import Frame
 from fitting.normals import estimate_normals
 from fitting.primitives import KINDS
@@ -18,8 +19,6 @@ from synthetic import RECIPES, SyntheticCloud, cloud
 
 Array = NDArray[np.float64]
 
-SEEN_POINTS = 1024
-"""The pipeline shows a random sample of this size, with normals from the whole cloud."""
 KEPT_POINTS = 256
 """Points of each cloud that a dataset keeps beside the features, for networks that look at points."""
 FAMILIES = ("benchmark", "scanner")
@@ -48,9 +47,9 @@ class Dataset:
 
 
 def seen(cloud: SyntheticCloud, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Points and normals that a classifier gets of this cloud."""
+    """Points and normals that a classifier gets of this cloud: a random sample, as the pipeline takes it."""
     points = Frame.of(cloud.points).normalize(cloud.points)
-    sample = points[rng.permutation(len(points))[:SEEN_POINTS]]
+    sample = points[rng.permutation(len(points))[:NORMAL_POINTS]]
     return sample, estimate_normals(points, at=sample)
 
 

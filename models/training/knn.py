@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fitting.cloud import NORMAL_POINTS
 from models.features import BLOCKS
 from models.knn import CLIP, NEIGHBOURS, SMOOTHING, KnnClassifier
-from models.training.dataset import SEEN_POINTS, Dataset, make_dataset
+from models.training.dataset import Dataset, make_dataset
 from models.training.metrics import metrics
 from models.weights import DIRECTORY, Card, load, save
 
@@ -62,7 +63,7 @@ def train(
         "command": f"python -m models.training.knn --seed {seed} --clouds {clouds} --held-back {held_back}",
         "clouds_a_family": clouds,
         "held_back_seed": seed + 1,
-        "seen_points": SEEN_POINTS,
+        "seen_points": NORMAL_POINTS,
         "feature_blocks": BLOCKS,
         "projection": "linear discriminant analysis of the standardised features",
         "neighbours": NEIGHBOURS,

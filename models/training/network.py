@@ -16,10 +16,11 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
+from fitting.cloud import NORMAL_POINTS
 from fitting.primitives import KINDS
 from models.features import BLOCKS
 from models.network import CLIP, NetworkClassifier, softmax
-from models.training.dataset import SEEN_POINTS, Dataset, make_dataset
+from models.training.dataset import Dataset, make_dataset
 from models.training.metrics import calibration_error, metrics, rank_of_truth
 from models.weights import DIRECTORY, Card, save
 
@@ -158,7 +159,7 @@ def train(
         "clouds_a_family": clouds,
         "held_back_seed": seed + 1,
         "calibration_seed": seed + 2,
-        "seen_points": SEEN_POINTS,
+        "seen_points": NORMAL_POINTS,
         "feature_blocks": BLOCKS,
         "widths": list(WIDTHS),
         "epochs": epochs,

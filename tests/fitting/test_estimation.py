@@ -55,9 +55,9 @@ def test_the_revolution_axis_survives_a_third_of_wrong_normals() -> None:
     normals = torus.gradient(points)
     normals[:200] = rng.normal(size=(200, 3))
     normals[:200] /= np.linalg.norm(normals[:200], axis=1)[:, None]
-    direction, foot = revolution_axis(points, normals, rounds=30)
-    assert abs(direction @ torus.axis) > 0.9999  # type: ignore[attr-defined]
-    across = np.cross(foot - torus.center, torus.axis)  # type: ignore[attr-defined]
+    line = revolution_axis(points, normals, rounds=30)
+    assert abs(line.direction @ torus.axis) > 0.9999  # type: ignore[attr-defined]
+    across = np.cross(line.point - torus.center, torus.axis)  # type: ignore[attr-defined]
     assert np.linalg.norm(across) < 0.02
 
 

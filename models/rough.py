@@ -1,0 +1,108 @@
+"""All five kinds fitted to one cloud, roughly and at once: what comes of it tells the kinds apart.
+
+The answer's fit is made elsewhere, with care. Everything here follows the cloud when it is turned, so the
+starts about an axis come from the cloud alone: from its normals, its principal axes and the line that its
+normals meet best.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fitting.axes import RevolutionAxis, Seen, revolution_axis
+from fitting.geometry import rows
+from fitting.primitives import KINDS, Cone, Cylinder, Sphere, Torus
+from fitting.refine import compete
+
+Array = NDArray[np.float64]
+
+STARTING_POINTS = 96
+"""Points that starts are solved for on ..."""
+LINEAR_ROUNDS = 2
+"""... in so many reweighted rounds."""
+STAGES = np.array([[48, 4, 3], [64, 8, 1], [512, 3, 1]])
+"""Points, robust steps, and how many of the best go on to the next stage."""
+FLOOR = 1e-6
+RESOLVED = 1e-3
+"""Distances, in rms radii of the cloud, below which one fit is not taken for better than another."""
+OUTLYING = 9.0
+"""Squared residuals are counted up to this many squared scales."""
+
+N_ROUGH = 4 + 2 * len(KINDS) + len(KINDS) * (len(KINDS) - 1) // 2 + 5
+UPPER = np.triu_indices(len(KINDS), 1)
+
+
+def evenly(count: int, points: Array, normals: Array) -> tuple[Array, Array]:
+    """At most `count` of the points with their normals, evenly spread over their order."""
+    if len(points) <= count:
+        return points, normals
+    chosen = np.linspace(0, len(points) - 1, count).astype(int)
+    return points[chosen], normals[chosen]
+
+
+def starts(points: Array, normals: Array, line: RevolutionAxis) -> dict[str, Array]:
+    """Rows (K, 9) of each kind to step from."""
+    scatter = np.stack([points.T @ points, normals.T @ normals])
+    principal, by_normals = np.linalg.eigh(scatter)[1].transpose(0, 2, 1)
+    seen = Seen.along(np.vstack([by_normals, line.direction, principal]), points, normals)
+    return {
+        "plane": rows(np.vstack([principal[0], by_normals[2]]), np.zeros((2, 3))),
+        "sphere": Sphere.rows_through(points[None], LINEAR_ROUNDS),
+        "cylinder": Cylinder.rows_about(seen, LINEAR_ROUNDS),
+        "cone": Cone.rows_about(seen, LINEAR_ROUNDS),
+        "torus": Torus.rows_about(seen, line, LINEAR_ROUNDS),
+    }
+
+
+def rough_fits(points: Array, normals: Array, line: RevolutionAxis) -> tuple[Array, Array]:
+    """A row (9,) of each kind, stacked, and the distances (5, N) of the points from each."""
+    few, few_normals = evenly(STARTING_POINTS, points, normals)
+    fits, distances = np.empty((len(KINDS), 9)), np.empty((len(KINDS), len(points)))
+    for k, (kind, found) in enumerate(starts(few, few_normals, line).items()):
+        if kind == "torus":
+            along = Torus.rows_along(fits[KINDS.index("cylinder")], few, few_normals, LINEAR_ROUNDS)
+            found = np.vstack([found, along])
+        fits[k], distances[k] = compete(kind, found, points, FLOOR, RESOLVED, STAGES)
+    return fits, distances
+
+
+def _median(values: Array) -> Array:
+    middle = values.shape[-1] // 2
+    return np.partition(values, middle, axis=-1)[..., middle]
+
+
+def rough_features(points: Array, normals: Array) -> Array:
+    """How far each kind is from the points, how the distances compare, and what shapes were found.
+
+    Parameters
+    ----------
+    points : (N, 3), centred, with rms radius 1
+    normals : (N, 3), signs arbitrary
+
+    Returns
+    -------
+    (N_ROUGH,)
+    """
+    line = revolution_axis(points, normals, rounds=3)
+    fits, distances = rough_fits(points, normals, line)
+    squared = np.minimum(np.nan_to_num(distances**2, nan=1.0), 1.0)
+    median = np.sqrt(_median(squared))
+    mean = np.mean(np.sqrt(squared), axis=1)
+    scale = max(float(median.min()) * 1.48, 1e-5)
+    cost = np.minimum(squared / scale**2, OUTLYING).sum(axis=1) / 2.0
+    _, sphere, cylinder, cone, torus = fits
+    return np.concatenate(
+        [
+            np.log10(np.maximum(line.eigenvalues, 0.0) + FLOOR),
+            [np.log10(len(points))],
+            np.log10(median + 1e-5),
+            np.log10(mean + 1e-5),
+            np.arcsinh(cost[UPPER[0]] - cost[UPPER[1]]),
+            [
+                np.log10(min(sphere[8], 1e6) + 1e-2),
+                np.log10(min(cylinder[8], 1e6) + 1e-2),
+                np.sin(cone[6]),
+                np.log10(min(torus[8], 1e6) + 1e-2),
+                np.tanh(torus[7] / (torus[8] + 1e-2)),
+            ],
+        ]
+    )
