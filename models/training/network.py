@@ -27,16 +27,16 @@ from models.weights import DIRECTORY, Card, save
 Array = NDArray[np.float64]
 
 SEED = 2022
-TRAINING_CLOUDS = 12_000
+TRAINING_CLOUDS = 16_000
 HELD_BACK_CLOUDS = 2_000
 CALIBRATION_CLOUDS = 1_500
 """Clouds a family."""
 WIDTHS = (128, 64)
-EPOCHS = 20
+EPOCHS = 40
 BATCH = 128
 LEARNING_RATE = 4e-3
 WEIGHT_DECAY = 2e-2
-DROPOUT = 0.1
+DROPOUT = 0.2
 NOISE = 0.1
 """Standard deviation of the noise that training adds to the standardised features."""
 TEMPERATURES = np.geomspace(0.3, 5.0, 200)
