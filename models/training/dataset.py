@@ -19,6 +19,10 @@ from synthetic import RECIPES, SyntheticCloud, cloud
 
 Array = NDArray[np.float64]
 
+SEED = 2022
+TRAINING_CLOUDS = 16_000
+HELD_BACK_CLOUDS = 2_000
+"""Clouds a family that both classifiers learn from and are scored on."""
 KEPT_POINTS = 256
 """Points of each cloud that a dataset keeps beside the features, for networks that look at points."""
 FAMILIES = ("benchmark", "scanner")

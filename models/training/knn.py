@@ -17,14 +17,10 @@ from numpy.typing import NDArray
 from fitting.cloud import NORMAL_POINTS
 from models.features import BLOCKS
 from models.knn import CLIP, NEIGHBOURS, SMOOTHING, KnnClassifier
-from models.training.dataset import Dataset, make_dataset
+from models.training.dataset import HELD_BACK_CLOUDS, SEED, TRAINING_CLOUDS, Dataset, make_dataset
 from models.training.metrics import metrics
 from models.weights import DIRECTORY, Card, load, save
 
-SEED = 2022
-TRAINING_CLOUDS = 12_000
-HELD_BACK_CLOUDS = 2_000
-"""Clouds a family."""
 CHECK_CLOUDS = 400
 LOWEST_CHECK = 0.8
 """Top-1 accuracy that even the small build of --check must reach."""

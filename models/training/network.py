@@ -20,17 +20,14 @@ from fitting.cloud import NORMAL_POINTS
 from fitting.primitives import KINDS
 from models.features import BLOCKS
 from models.network import CLIP, NetworkClassifier, softmax
-from models.training.dataset import Dataset, make_dataset
+from models.training.dataset import HELD_BACK_CLOUDS, SEED, TRAINING_CLOUDS, Dataset, make_dataset
 from models.training.metrics import calibration_error, metrics, rank_of_truth
 from models.weights import DIRECTORY, Card, save
 
 Array = NDArray[np.float64]
 
-SEED = 2022
-TRAINING_CLOUDS = 16_000
-HELD_BACK_CLOUDS = 2_000
 CALIBRATION_CLOUDS = 1_500
-"""Clouds a family."""
+"""A family, beside those of `models.training.dataset`."""
 WIDTHS = (128, 64)
 EPOCHS = 40
 BATCH = 128
