@@ -10,7 +10,7 @@ def refine(
     kind: int, row: Array, points: Array, kernel: int, scale: float, max_iterations: int
 ) -> tuple[Array, float, bool]: ...
 def settle(
-    kind: int, rows: Array, points: Array, smallest: float, widths: float, rounds: int, iterations: int
+    kind: int, rows: Array, points: Array, smallest: float, widths: float, steps: int
 ) -> tuple[Array, Array]: ...
 def compete(
     kind: int,

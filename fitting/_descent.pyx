@@ -404,40 +404,46 @@ def refine(
     return result, cost, bool(rest)
 
 
-def settle(
-    int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths,
-    int rounds, int iterations
-):
-    """Rows (K, 9) after some rounds of steps under Geman-McClure kernels, and their last distances (K, N).
+cdef void step_robustly(
+    Surface *surface, Points points, double smallest, double widths, int steps, double *distance,
+    double *absolute, double *jacobian
+) noexcept nogil:
+    """Steps under Geman-McClure kernels `widths` times the median distance wide, at least `smallest`.
 
-    The kernel of a round is `widths` times the median distance wide, at least `smallest`. Rows whose distances
-    are not finite stay as they are.
+    A surface whose distances are not finite stays as it is. `absolute` is room for (n,), and `jacobian` as in
+    `descend`; `distance` (n,) holds the last distances.
     """
+    cdef double cost
+    cdef int turn
+    linearize(surface, points, distance, NULL)
+    for turn in range(steps):
+        if not absolutes(distance, points.n, absolute):
+            return
+        linearize(surface, points, distance, jacobian)
+        descend(
+            surface, points, GEMAN_MCCLURE, max(widths * median(absolute, points.n), smallest), 1, distance,
+            jacobian, &cost
+        )
+
+
+def settle(
+    int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths, int steps
+):
+    """Rows (K, 9) after some robust steps, and their last distances (K, N); see `fitting.refine.settle`."""
     cdef Py_ssize_t k, n = points.shape[0]
     cdef Surface surface
     cdef Points seen
-    cdef double cost = 0.0
-    cdef int turn
-    result, last = np.array(rows), np.empty((rows.shape[0], n))
+    result, last = np.empty((rows.shape[0], 9)), np.empty((rows.shape[0], n))
     cdef double[:, ::1] view = result
     cdef double[:, ::1] last_view = last
     cdef double *room = room_for((6 + MOST) * n)
-    cdef double *absolute = room + 3 * n
-    cdef double *jacobian = room + 4 * n
     with nogil:
         seen = columns(points, room)
         for k in range(rows.shape[0]):
             load(&surface, kind, &rows[k, 0])
-            for turn in range(rounds):
-                linearize(&surface, seen, &last_view[k, 0], jacobian)
-                if not absolutes(&last_view[k, 0], n, absolute):
-                    break
-                descend(
-                    &surface, seen, GEMAN_MCCLURE, max(widths * median(absolute, n), smallest), iterations,
-                    &last_view[k, 0], jacobian, &cost
-                )
-            if rounds == 0:
-                linearize(&surface, seen, &last_view[k, 0], NULL)
+            step_robustly(
+                &surface, seen, smallest, widths, steps, &last_view[k, 0], room + 3 * n, room + 4 * n
+            )
             store(&surface, &view[k, 0])
     free(room)
     return result, last
@@ -447,21 +453,16 @@ def compete(
     int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths,
     double resolved, const long[:, ::1] stages
 ):
-    """The best of the rows (K, 9) after some stages, as a row (9,), and its distances (N,).
-
-    A stage (count, steps, kept) takes all rows that are left some steps as `settle` does, on so many points
-    evenly spread over their order, and keeps those with the least mean logarithm of the distance plus `resolved`.
-    """
+    """The best of the rows (K, 9) after some stages, and its distances (N,); see `fitting.refine.compete`."""
     cdef Py_ssize_t k, i, n = points.shape[0], count, left = rows.shape[0], first
     cdef Surface *surfaces = <Surface *> malloc((left + 1) * sizeof(Surface))
     cdef double *costs = room_for(left)
     cdef double *room = room_for((7 + MOST) * n)
     cdef double *distance
-    cdef double *jacobian
-    cdef double cost = 0.0
+    cdef double cost
     cdef Surface swap
     cdef Points seen
-    cdef int turn, stage
+    cdef int stage
     result, last = np.empty(9), np.empty(n)
     cdef double[::1] view = result
     cdef double[::1] last_view = last
@@ -474,16 +475,12 @@ def compete(
                 k = i * (n - 1) // max(count - 1, 1)
                 room[i], room[count + i], room[2 * count + i] = points[k, 0], points[k, 1], points[k, 2]
             seen.x, seen.y, seen.z, seen.n = room, room + count, room + 2 * count, count
-            distance, jacobian = room + 3 * count, room + 5 * count
+            distance = room + 3 * count
             for k in range(left):
-                for turn in range(stages[stage, 1]):
-                    linearize(&surfaces[k], seen, distance, jacobian)
-                    if not absolutes(distance, count, room + 4 * count):
-                        break
-                    descend(
-                        &surfaces[k], seen, GEMAN_MCCLURE, max(widths * median(room + 4 * count, count), smallest),
-                        1, distance, jacobian, &cost
-                    )
+                step_robustly(
+                    &surfaces[k], seen, smallest, widths, stages[stage, 1], distance, room + 4 * count,
+                    room + 5 * count
+                )
                 costs[k] = 0.0
                 for i in range(count):
                     costs[k] += log(fabs(distance[i]) + resolved)

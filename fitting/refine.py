@@ -72,15 +72,13 @@ def stepped(primitive: Primitive, step: Array) -> Primitive:
     )
 
 
-def settle(
-    kind: str, starts: Array, points: Array, smallest: float, rounds: int, iterations: int
-) -> tuple[Array, Array]:
-    """Rows (K, 9) after some rounds of robust steps each from the starts (K, 9), and their distances (K, N).
+def settle(kind: str, starts: Array, points: Array, smallest: float, steps: int) -> tuple[Array, Array]:
+    """Rows (K, 9) after some robust steps each from the starts (K, 9), and their distances (K, N).
 
-    In a round the scale of a Geman-McClure kernel is twice the median distance, but at least `smallest`. Rows
-    that cannot be stepped from stay as they are.
+    For each step the scale of a Geman-McClure kernel is twice the median distance, but at least `smallest`.
+    Rows that cannot be stepped from stay as they are.
     """
-    return _descent.settle(CODES[kind], starts, points, smallest, WIDTHS, rounds, iterations)
+    return _descent.settle(CODES[kind], starts, points, smallest, WIDTHS, steps)
 
 
 def compete(

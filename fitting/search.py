@@ -19,9 +19,17 @@ GUESS_POINTS = 160
 SEARCH_POINTS = 512
 """Points that the annealing runs on."""
 
-SETTLED_STARTS = 16
+RANKING_STEPS = 10
+"""Robust steps that every start takes before the starts are compared."""
+
+SETTLED_STARTS = 24
+SETTLING_STEPS = 20
 STARTS = 5
-"""Unless the best start finds a large exact subset, so many others are stepped on, and so many annealed."""
+"""Unless the best start finds a large exact subset, so many others take so many steps, and so many of those
+are annealed."""
+
+RESOLVED = 1e-3
+"""Distances below which one start is not taken for better than another."""
 
 SAME_END = 0.03
 """Starts whose distances differ by less than this, relatively, have come to the same end."""
@@ -82,10 +90,10 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
 
 
 def ranked_starts(kind: str, cloud: Cloud, rng: np.random.Generator) -> Array:
-    """Rows (K, 9) of initial guesses after two robust steps each, the best first."""
+    """Rows (K, 9) of initial guesses after some robust steps, the best first."""
     points = cloud.working[cloud.sample[:GUESS_POINTS]]
     guesses = PRIMITIVES[kind].initial_guesses(points, cloud.normals[:GUESS_POINTS], rng)
-    return _settled(kind, guesses, points, cloud.tolerance, iterations=2)[0]
+    return _settled(kind, guesses, points, cloud.tolerance, RANKING_STEPS)[0]
 
 
 def distinct_starts(kind: str, starts: Array, cloud: Cloud) -> list[Array]:
@@ -93,7 +101,7 @@ def distinct_starts(kind: str, starts: Array, cloud: Cloud) -> list[Array]:
     points = cloud.working[cloud.sample[:GUESS_POINTS]]
     chosen: list[Array] = []
     ends: list[Array] = []
-    rows, distances = _settled(kind, starts[:SETTLED_STARTS], points, cloud.tolerance, iterations=8)
+    rows, distances = _settled(kind, starts[:SETTLED_STARTS], points, cloud.tolerance, SETTLING_STEPS)
     for row, distance in zip(rows, np.abs(distances), strict=True):
         if all(np.linalg.norm(distance - other) > SAME_END * np.linalg.norm(other) for other in ends):
             chosen.append(row)
@@ -101,19 +109,15 @@ def distinct_starts(kind: str, starts: Array, cloud: Cloud) -> list[Array]:
     return chosen[:STARTS]
 
 
-def _settled(kind: str, rows: Array, points: Array, tolerance: float, iterations: int) -> tuple[Array, Array]:
-    """The rows after some robust steps at twice their median distance, with distances, the best first."""
+def _settled(kind: str, rows: Array, points: Array, tolerance: float, steps: int) -> tuple[Array, Array]:
+    """The rows after some steps as `settle` takes them, with their distances, the best first."""
     if not len(rows):
         return rows, np.empty((0, len(points)))
-    rows, distances = settle(kind, rows, points, tolerance, rounds=1, iterations=iterations)
-    costs = [log_cost(np.abs(each), 1e-3) for each in distances]
-    order = [k for k in np.argsort(costs, kind="stable") if np.isfinite(costs[k])]
+    rows, distances = settle(kind, rows, points, tolerance, steps)
+    costs = np.log(np.abs(distances) + RESOLVED).mean(axis=1)
+    order = np.argsort(costs, kind="stable")
+    order = order[np.isfinite(costs[order])]
     return rows[order], distances[order]
-
-
-def log_cost(distance: Array, smallest: float) -> float:
-    """Mean log distance, floored: low for a surface that very many points are very close to."""
-    return float(np.mean(np.log(distance + smallest)))
 
 
 def anneal(kind: str, row: Array, points: Array, tolerance: float) -> Annealed:
