@@ -64,6 +64,12 @@ SAFE_EXACT_SHARE = 0.5
 LARGEST_DEFORMATION = 0.05
 """Rejected points of an otherwise exact surface may be structured if they are this close, in diagonals."""
 
+MAGNITUDES = 0.6
+"""How much a share of variance between patches counts for magnitudes: noise itself grows with range."""
+
+DOMINANT_EXACT_SHARE = 0.75
+"""With as many exact points the others may be anything, a piece of a neighbouring surface, too."""
+
 MOST_PATCHES = 16
 PATCH_POINTS = 8
 CLOSE_NEIGHBOURS = 3
@@ -235,7 +241,7 @@ def _by_exact_points(evidence: Evidence, diagonal: float) -> Verdict:
     large = share >= LARGE_EXACT_SHARE
     if not large and scatter > 2.0 * LARGEST_SCATTER:
         return Verdict(Standing.REFUSED, f"{exact}; the others: {spread}, which is no surface")
-    if evidence.structure <= LARGEST_BIASED_STRUCTURE:
+    if evidence.structure <= LARGEST_BIASED_STRUCTURE or share >= DOMINANT_EXACT_SHARE:
         return Verdict(Standing.CERTAIN if large else Standing.ACCEPTABLE, f"{exact}; the others: {spread}")
     rest = float(np.abs(evidence.distance[~evidence.exact]).mean()) / diagonal
     if rest <= (LARGEST_DEFORMATION if large else SMALL_DEFORMATION):
@@ -327,7 +333,7 @@ def _structure(feet: Array, residual: Array) -> float:
     residuals, because two sheets of a cloud on either side of a surface have feet that mix.
     """
     patches = _patches(feet)
-    return max(_between(residual[patches]), _between(np.abs(residual)[patches]))
+    return max(_between(residual[patches]), MAGNITUDES * _between(np.abs(residual)[patches]))
 
 
 def _patches(feet: Array) -> np.ndarray:
