@@ -83,6 +83,8 @@ cdef double SMALLEST_ANGLE = 1e-9
 """Half-angles are kept this far [rad] from 0 and from 90 degrees, where the apex or the nappe is lost."""
 cdef double SMALLEST_STEP = 1e-15
 """Steps below this length, in a frame of extent near 1, change nothing any more."""
+cdef double UNSEEN = 1e-13
+"""Relative gains below this drown in the rounding of the cost: such a last step is trusted."""
 cdef double LARGEST_DAMPING = 1e8
 
 
@@ -202,6 +204,20 @@ cdef bint solve(
     return True
 
 
+cdef void level(int kind, double *values) noexcept nogil:
+    """Average over components that a turn of the frame mixes: then the path does not depend on the frame."""
+    cdef double middle
+    if kind == SPHERE:
+        middle = (values[0] + values[1] + values[2]) / 3.0
+        values[0], values[1], values[2] = middle, middle, middle
+        return
+    middle = 0.5 * (values[0] + values[1])
+    values[0], values[1] = middle, middle
+    if kind != PLANE:
+        middle = 0.5 * (values[2] + values[3])
+        values[2], values[3] = middle, middle
+
+
 cdef bint descend(
     Surface *surface, Points points, int kernel, double scale, int max_iterations, double *distance,
     double *jacobian, double *cost
@@ -217,7 +233,7 @@ cdef bint descend(
     cdef double gradient[MOST]
     cdef double scales[MOST]
     cdef double step[MOST]
-    cdef double damping = 1e-12, largest, new_cost, gain
+    cdef double damping = 1e-12, largest, promised, new_cost, gain
     cdef Surface candidate
     cdef int iteration, j
     cost[0] = cost_of(kernel, scale, distance, n)
@@ -231,7 +247,10 @@ cdef bint descend(
                 return False
             largest = max(largest, normal[j * MOST + j])
         for j in range(dof):
-            scales[j] = sqrt(normal[j * MOST + j] + 1e-14 * largest)
+            scales[j] = normal[j * MOST + j] + 1e-14 * largest
+        level(surface.kind, scales)
+        for j in range(dof):
+            scales[j] = sqrt(scales[j])
         while True:
             if solve(normal, gradient, scales, damping, dof, step):
                 largest = 0.0
@@ -246,6 +265,13 @@ cdef bint descend(
                 new_cost = cost_of(kernel, scale, distance, n)
                 if new_cost < cost[0]:
                     break
+                promised = 0.0
+                for j in range(dof):
+                    promised -= 0.5 * gradient[j] * step[j] / (scale * scale)
+                if promised <= UNSEEN * cost[0] and new_cost <= (1.0 + UNSEEN) * cost[0]:
+                    surface[0] = candidate
+                    cost[0] = new_cost
+                    return True
             damping = max(damping * 8.0, 1e-6)
             if damping > LARGEST_DAMPING:
                 linearize(surface, points, distance, NULL)
