@@ -23,12 +23,14 @@ class Answer:
     status : `fitted`; `ambiguous` where several kinds explain the cloud; `no_fit` where none does. Methods that know
         only the first answer `fitted`, or `no_fit` where they found nothing
     primitive : the answer in the units of the input; None where there is none
-    note : what the record keeps besides, such as the number of attempts; may be empty
+    note : what the record keeps besides; may be empty
+    attempts : the kinds that were fitted, in order, where the method tells
     """
 
     status: Status
     primitive: Primitive | None
     note: str = ""
+    attempts: tuple[str, ...] = ()
 
 
 class Method(Protocol):

@@ -1,0 +1,111 @@
+"""Folders in the layout of the SHREC 2022 track, as cases: the public dataset, parts of it, what `primfit synth` writes.
+
+Clouds are files `pointCloud{i}.txt` with `x,y,z` a line, anywhere in the folder. Their truth stands in one file
+`ground_truth.csv` with a line `i,label,parameters`, or in a file `GTpointCloud{i}.txt` each with one number a line.
+`perturbation.csv`, where it is there, has a line `i` and the track's 13 numbers.
+"""
+
+import csv
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from benchmark.cases import Case
+from fitting.primitives import Primitive
+from fitting.primitives.shrec22 import from_vector
+from synthetic.perturb import TYPES, Perturbation
+
+FLAGS = {"uniform": 0, "gaussian": 3, "undersampling": 6, "missing_part": 8, "bump": 10}
+"""Where the flags stand in the 13 numbers of `perturbation.csv`."""
+
+
+class NotATrackFolderError(ValueError):
+    """A folder without clouds, without truth, or with two clouds of one number."""
+
+
+class TrackFolder:
+    """The clouds of a folder that have a truth, in the order of their numbers; read when they are asked for.
+
+    Raises
+    ------
+    NotATrackFolderError : the folder is not in the track's layout
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.clouds = _numbered(folder, r"pointCloud(\d+)\.txt")
+        if not self.clouds:
+            raise NotATrackFolderError(f"{folder} holds no pointCloud1.txt, pointCloud2.txt, ...")
+        self.truths = _truths(folder)
+        self.names = [name for name in self.clouds if name in self.truths]
+        if not self.names:
+            raise NotATrackFolderError(
+                f"{folder} holds {len(self.clouds)} clouds, but no ground_truth.csv or GTpointCloud*.txt for them"
+            )
+        self.perturbations = _perturbations(folder)
+
+    def case(self, name: str) -> Case:
+        """Raises `ValueError` for a file that holds no points, with its name."""
+        perturbation = self.perturbations.get(name, "A0" if self.perturbations else "unknown")
+        points = read_points(self.clouds[name])
+        return Case(name, points, self.truths[name], {"perturbation": perturbation})
+
+
+def shrec22_cases(folder: Path) -> Iterator[Case]:
+    """All cases of a folder."""
+    track = TrackFolder(folder)
+    return (track.case(name) for name in track.names)
+
+
+def read_points(path: Path) -> np.ndarray:
+    """(N, 3) from `x,y,z` or `x y z` a line."""
+    numbers = np.array(re.split(r"[,;\s]+", path.read_text().strip()))
+    try:
+        return numbers.astype(np.float64).reshape(-1, 3)
+    except ValueError as error:
+        raise ValueError(f"{path} does not hold three numbers a line: {error}") from None
+
+
+def _numbered(folder: Path, pattern: str) -> dict[str, Path]:
+    """Files whose whole name matches, by the number in it, in its order."""
+    found: dict[str, Path] = {}
+    for path in sorted(folder.rglob("*.txt")):
+        match = re.fullmatch(pattern, path.name)
+        if match and found.setdefault(match[1], path) != path:
+            raise NotATrackFolderError(
+                f"{found[match[1]]} and {path} have the same number: name a folder with one of them"
+            )
+    return dict(sorted(found.items(), key=lambda item: int(item[0])))
+
+
+def _truths(folder: Path) -> Mapping[str, Primitive]:
+    vectors = {
+        number: path.read_text().split()
+        for number, path in _numbered(folder, r"(?i:GT)_?pointCloud(\d+)\.txt").items()
+    }
+    for path in folder.rglob("ground_truth.csv"):
+        with path.open(newline="") as file:
+            vectors |= {row[0]: row[1:] for row in csv.reader(file) if row}
+    return {
+        number: from_vector(int(float(label)), list(map(float, parameters)))
+        for number, (label, *parameters) in vectors.items()
+    }
+
+
+def _perturbations(folder: Path) -> Mapping[str, str]:
+    """The types A0 to A9; a clean cloud may have no line."""
+    types = {perturbation: name for name, perturbation in TYPES.items()}
+    found: dict[str, str] = {}
+    for path in folder.rglob("perturbation.csv"):
+        with path.open(newline="") as file:
+            for number, *values in csv.reader(file):
+                done = {name for name, place in FLAGS.items() if float(values[place])}
+                found[number] = types.get(_perturbation(done), "unknown")
+    return found
+
+
+def _perturbation(done: set[str]) -> Perturbation:
+    noise = next((name for name in ("uniform", "gaussian") if name in done), None)
+    removal = next((name for name in ("undersampling", "missing_part") if name in done), None)
+    return Perturbation(noise, "bump" in done, removal)  # type: ignore[arg-type]
