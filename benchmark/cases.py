@@ -51,23 +51,22 @@ class Case:
 
 
 @dataclass(frozen=True)
-class CaseSet:
-    """A family of cases.
-
-    Attributes
-    ----------
-    title, about : for the report
-    small, full : how many clouds a small and a full run take
-    draw : case `i` of a seed, as draw(seed, i)
-    groups : the names of the groups and their levels, in the order in which they are shown
-    """
+class Description:
+    """What the report says of a set; `groups` holds their levels in the order in which they are shown."""
 
     title: str
     about: str
+    groups: Mapping[str, tuple[Level, ...]]
+
+
+@dataclass(frozen=True)
+class CaseSet:
+    """A family of cases: case `i` of a seed is draw(seed, i); small and full runs take so many."""
+
+    description: Description
     small: int
     full: int
     draw: Callable[[int, int], Case]
-    groups: Mapping[str, tuple[Level, ...]]
 
 
 # -- the benchmark ------------------------------------------------------------------------------------------
@@ -76,10 +75,24 @@ TEST_SET = (*PERTURBATIONS[:9] * 4, PERTURBATIONS[9])
 """Perturbations in the proportions of the track's test set: 100 clouds of A0 to A8 each, 25 of A9, kinds balanced."""
 
 
+Buckets = tuple[tuple[float, str], ...]
+"""Upper bounds and names."""
+
+TRACK_POINTS: Buckets = ((500, "up to 500"), (2000, "500 to 2,000"), (np.inf, "over 2,000"))
+
+
+def bucket(bounds: Buckets, value: float) -> str:
+    return next(name for bound, name in bounds if value <= bound)
+
+
 def shrec(seed: int, index: int) -> Case:
     kind, _, perturbation = turn(index, KINDS, TEST_SET)
     drawn = cloud(BenchmarkRecipe(seed, (kind,), (perturbation,)), index)
-    return case(index, drawn, {"perturbation": perturbation})
+    return case(index, drawn, track_groups(perturbation, len(drawn.points)))
+
+
+def track_groups(perturbation: str, points: int) -> dict[str, Level]:
+    return {"perturbation": perturbation, "points": bucket(TRACK_POINTS, points)}
 
 
 EXACT = (2, 5, 10, 20, 30, 50, 75, 100)
@@ -99,27 +112,23 @@ def exact_share(seed: int, index: int) -> Case:
 
 # -- scans --------------------------------------------------------------------------------------------------
 
-BUCKETS: dict[str, tuple[tuple[float, str], ...]] = {
+SCAN_BUCKETS: dict[str, Buckets] = {
     "points": ((100, "20 to 100"), (1000, "100 to 1,000"), (np.inf, "1,000 to 20,000")),
     "noise": ((0.0, "none"), (1e-3, "up to 0.1 %"), (5e-3, "0.1 to 0.5 %"), (np.inf, "0.5 to 2 %")),
     "outliers": ((0.0, "none"), (0.1, "up to 10 %"), (np.inf, "over 10 %")),
 }
-"""Upper bounds and names; noise is a share of the extent."""
-
-
-def bucket(group: str, value: float) -> str:
-    return next(name for bound, name in BUCKETS[group] if value <= bound)
+"""Noise is a share of the extent."""
 
 
 def scanner(seed: int, index: int) -> Case:
     drawn = cloud(replace(RECIPES["scanner"], seed=seed), index)
     assert drawn.noise is not None and drawn.extent is not None
-    groups = {
-        "points": bucket("points", len(drawn.points)),
-        "noise": bucket("noise", drawn.noise / drawn.extent),
-        "outliers": bucket("outliers", drawn.outlier_share),
+    seen = {
+        "points": len(drawn.points),
+        "noise": drawn.noise / drawn.extent,
+        "outliers": drawn.outlier_share,
     }
-    return case(index, drawn, groups)
+    return case(index, drawn, {name: bucket(SCAN_BUCKETS[name], value) for name, value in seen.items()})
 
 
 SCAN = ScannerRecipe(points=Range(2000, 2000), noise=Range(1e-3, 1e-3), noiseless=0.0, without_outliers=1.0)
@@ -223,86 +232,105 @@ def case(index: int, drawn: SyntheticCloud, groups: Mapping[str, Level]) -> Case
     return Case(str(index), drawn.points, drawn.primitive, groups, drawn.outliers)
 
 
-def _names(group: str) -> tuple[str, ...]:
-    return tuple(name for _, name in BUCKETS[group])
+def _names(bounds: Buckets) -> tuple[str, ...]:
+    return tuple(name for _, name in bounds)
 
 
 CASE_SETS: dict[str, CaseSet] = {
     "shrec": CaseSet(
-        "Clouds like those of SHREC 2022",
-        "The paper's ten perturbations in the proportions of its test set (100 clouds of A0 to A8 each, 25 of A9, kinds "
-        "balanced). Only some of a cloud's points are perturbed; the others lie on the surface to the last digit.",
+        Description(
+            "Clouds like those of SHREC 2022",
+            "The paper's ten perturbations in the proportions of its test set (100 clouds of A0 to A8 each, 25 of A9, "
+            "kinds balanced). Only some of a cloud's points are perturbed; the others lie on the surface to the last "
+            "digit.",
+            {"perturbation": PERTURBATIONS, "points": _names(TRACK_POINTS)},
+        ),
         185,
         925,
         shrec,
-        {"perturbation": PERTURBATIONS},
     ),
     "scanner": CaseSet(
-        "Scans",
-        "What one to four stations of a virtual scanner see of a piece: every point noisy (up to 2 % of the extent, less "
-        "where that would hide the kind), up to 20 % gross outliers, arcs from 30 degrees, 20 to 20,000 points.",
+        Description(
+            "Scans",
+            "What one to four stations of a virtual scanner see of a piece: every point noisy (up to 2 % of the extent, "
+            "less where that would hide the kind), up to 20 % gross outliers, arcs from 30 degrees, 20 to 20,000 points.",
+            {name: _names(bounds) for name, bounds in SCAN_BUCKETS.items()},
+        ),
         150,
         1000,
         scanner,
-        {name: _names(name) for name in BUCKETS},
     ),
     "outliers": CaseSet(
-        "Gross outliers",
-        "Scans of 2,000 points with noise of 0.1 % of the extent, of which a share has nothing to do with the surface.",
+        Description(
+            "Gross outliers",
+            "Scans of 2,000 points with noise of 0.1 % of the extent, of which a share has nothing to do with the surface.",
+            {"outliers [%]": OUTLIERS},
+        ),
         70,
         350,
         outliers,
-        {"outliers [%]": OUTLIERS},
     ),
     "arcs": CaseSet(
-        "Arcs",
-        "Scans of a part of a turn (of a sphere: of a cap). Noise of 0.1 % of the extent, less where that would hide the "
-        "kind. Planes have no arc.",
+        Description(
+            "Arcs",
+            "Scans of an object that is a part of a turn (of a sphere: a cap); of a whole turn a scanner may see half. "
+            "Noise of 0.1 % of the extent, less where that would hide the kind. Planes have no arc.",
+            {"arc [deg]": ARCS},
+        ),
         56,
         280,
         arcs,
-        {"arc [deg]": ARCS},
     ),
     "near-degenerate": CaseSet(
-        "Nearly another kind",
-        "Scans of shapes that are nearly a simpler kind, and of those kinds; the noise is low enough to tell.",
+        Description(
+            "Nearly another kind",
+            "Scans of shapes that are nearly a simpler kind, and of those kinds; the noise is low enough to tell.",
+            {"shape": tuple(NEAR), "noise": NEAR_NOISE},
+        ),
         36,
         240,
         near_degenerate,
-        {"shape": tuple(NEAR), "noise": NEAR_NOISE},
     ),
     "exact-share": CaseSet(
-        "Share of exact points",
-        "Clouds of the benchmark with noise U(-0.1, 0.1) on all but a share of the points.",
+        Description(
+            "Share of exact points",
+            "Clouds of the benchmark with noise U(-0.1, 0.1) on all but a share of the points.",
+            {"exact [%]": EXACT},
+        ),
         40,
         400,
         exact_share,
-        {"exact [%]": EXACT},
     ),
     "sizes": CaseSet(
-        "Number of points",
-        "Scans with noise of 0.1 % of the extent and no gross outliers, from 20 points to a million.",
+        Description(
+            "Number of points",
+            "Scans with noise of 0.1 % of the extent and no gross outliers, from 20 points to a million.",
+            {"points": SIZES},
+        ),
         40,
         200,
         sizes,
-        {"points": SIZES},
     ),
     "coordinates": CaseSet(
-        "Coordinates",
-        "The same clouds with coordinates as they are, as float32, in steps of a millimetre (objects of a metre), and "
-        "with 1e7 added.",
+        Description(
+            "Coordinates",
+            "The same clouds with coordinates as they are, as float32, in steps of a millimetre (objects of a metre), "
+            "and with 1e7 added.",
+            {"coordinates": COORDINATES, "family": tuple(FAMILIES)},
+        ),
         40,
         400,
         coordinates,
-        {"coordinates": COORDINATES, "family": tuple(FAMILIES)},
     ),
     "foreign": CaseSet(
-        "Shapes that are no primitive",
-        "Scans of six other shapes. The right answer is `no_fit`; methods that are given the kind are not asked.",
+        Description(
+            "Shapes that are no primitive",
+            "Scans of six other shapes. The right answer is `no_fit`; methods that are given the kind are not asked.",
+            {"shape": SHAPES},
+        ),
         60,
         300,
         foreign,
-        {"shape": SHAPES},
     ),
 }
 """By name, in the order of the report."""

@@ -12,10 +12,19 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmark.cases import Case
+from benchmark.cases import CASE_SETS, Case, Description, track_groups
 from fitting.primitives import Primitive
 from fitting.primitives.shrec22 import from_vector
 from synthetic.perturb import TYPES, Perturbation
+
+TRACK = "shrec22"
+"""The name of the set that a folder makes."""
+
+DESCRIPTION = Description(
+    "Clouds of SHREC 2022",
+    "Clouds of the track with their truth, as its authors published them.",
+    CASE_SETS["shrec"].description.groups,
+)
 
 FLAGS = {"uniform": 0, "gaussian": 3, "undersampling": 6, "missing_part": 8, "bump": 10}
 """Where the flags stand in the 13 numbers of `perturbation.csv`."""
@@ -49,7 +58,7 @@ class TrackFolder:
         """Raises `ValueError` for a file that holds no points, with its name."""
         perturbation = self.perturbations.get(name, "A0" if self.perturbations else "unknown")
         points = read_points(self.clouds[name])
-        return Case(name, points, self.truths[name], {"perturbation": perturbation})
+        return Case(name, points, self.truths[name], track_groups(perturbation, len(points)))
 
 
 def shrec22_cases(folder: Path) -> Iterator[Case]:

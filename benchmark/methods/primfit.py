@@ -17,7 +17,9 @@ class Primfit:
     package = "primfit"
     decides_kind = True
     kinds = KINDS
-    settings = "as shipped: the network ranks the kinds, robust criterion, no setting that depends on the cloud"
+    settings = (
+        "as shipped: the network ranks the kinds, robust criterion, no setting that depends on the cloud"
+    )
 
     def __init__(self) -> None:
         self.classifier = self.make_classifier()

@@ -1,0 +1,35 @@
+"""The report: from records to benchmark.md and its pictures; nothing is measured here."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from benchmark.records import RecordsFile
+from benchmark.report import pictures, sections
+from benchmark.report.data import Data, NoRecordsError
+from benchmark.report.pictures import MissingMatplotlibError
+
+__all__ = ["MissingMatplotlibError", "NoRecordsError", "write"]
+
+
+def write(file: RecordsFile, out: Path) -> Path:
+    """Write benchmark.md, benchmark-details.md and images/benchmark-*.png into a folder; returns the first.
+
+    Raises
+    ------
+    NoRecordsError : there is nothing to report
+    MissingMatplotlibError : before anything is written
+    """
+    pictures.require_matplotlib()
+    data = Data.of(file)
+    parts = [sections.head(data), sections.at_a_glance(data), sections.behind(data)]
+    parts += [sections.of_set(data, set_) for set_ in data.sets]
+    parts += [sections.methods(data), sections.measures()]
+    pictures.draw(data, out / "images")
+    _write(out / "benchmark-details.md", [sections.details(data)])
+    return _write(out / "benchmark.md", parts)
+
+
+def _write(path: Path, parts: Iterable[Iterable[str]]) -> Path:
+    text = "\n\n".join("\n".join(part).rstrip() for part in parts)
+    path.write_text(text + "\n")
+    return path
