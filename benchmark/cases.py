@@ -1,7 +1,8 @@
 """Labelled clouds to measure on: the sets by name, and any folder in the layout of the SHREC 2022 track.
 
-Cloud `i` of a set depends on the seed and `i` only, and levels and kinds take turns, so that the first n clouds of a
-set are as balanced as all of them. Sets of levels show each piece at every level: only the level changes.
+Cloud `i` of a set depends on the seed and `i` only, and levels and kinds take turns, so that the first n
+clouds of a set are as balanced as all of them. Sets of levels show each piece at every level: only the level
+changes.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,7 +13,7 @@ import numpy as np
 
 from fitting.geometry import Array
 from fitting.primitives import KINDS, Primitive
-from synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, Recipe, ScannerRecipe, SyntheticCloud, cloud
+from synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
 from synthetic.noise import rounded
 from synthetic.perturb import random_subset, uniform_noise
 from synthetic.recipes import PERTURBATIONS, SHAPES, Range
@@ -72,7 +73,7 @@ class CaseSet:
 # -- the benchmark ------------------------------------------------------------------------------------------
 
 TEST_SET = (*PERTURBATIONS[:9] * 4, PERTURBATIONS[9])
-"""Perturbations in the proportions of the track's test set: 100 clouds of A0 to A8 each, 25 of A9, kinds balanced."""
+"""Perturbations in the proportions of the track's test set: 100 clouds of A0 to A8 each, 25 of A9."""
 
 
 Buckets = tuple[tuple[float, str], ...]
@@ -132,7 +133,7 @@ def scanner(seed: int, index: int) -> Case:
 
 
 SCAN = ScannerRecipe(points=Range(2000, 2000), noise=Range(1e-3, 1e-3), noiseless=0.0, without_outliers=1.0)
-"""What the sets below have in common: 2,000 points, noise of a thousandth of the extent, no gross outliers."""
+"""What these sets have in common: 2,000 points, noise of a thousandth of the extent, no gross outliers."""
 
 OUTLIERS = (0, 10, 20, 30, 40, 50, 60)
 
@@ -185,7 +186,7 @@ def sizes(seed: int, index: int) -> Case:
 
 # -- both ---------------------------------------------------------------------------------------------------
 
-FAMILIES: dict[str, Recipe] = {
+FAMILIES: dict[str, BenchmarkRecipe | ScannerRecipe] = {
     "benchmark": BenchmarkRecipe(0, perturbations=PERTURBATIONS[:3]),
     "scanner": replace(SCAN, size=Range(1.0, 1.0)),
 }
@@ -240,9 +241,9 @@ CASE_SETS: dict[str, CaseSet] = {
     "shrec": CaseSet(
         Description(
             "Clouds like those of SHREC 2022",
-            "The paper's ten perturbations in the proportions of its test set (100 clouds of A0 to A8 each, 25 of A9, "
-            "kinds balanced). Only some of a cloud's points are perturbed; the others lie on the surface to the last "
-            "digit.",
+            "The paper's ten perturbations in the proportions of its test set (100 clouds of A0 to A8 each, "
+            "25 of A9, kinds balanced). Only some of a cloud's points are perturbed; the others lie on the "
+            "surface to the last digit.",
             {"perturbation": PERTURBATIONS, "points": _names(TRACK_POINTS)},
         ),
         185,
@@ -252,8 +253,9 @@ CASE_SETS: dict[str, CaseSet] = {
     "scanner": CaseSet(
         Description(
             "Scans",
-            "What one to four stations of a virtual scanner see of a piece: every point noisy (up to 2 % of the extent, "
-            "less where that would hide the kind), up to 20 % gross outliers, arcs from 30 degrees, 20 to 20,000 points.",
+            "What one to four stations of a virtual scanner see of a piece: every point noisy (up to 2 % of "
+            "the extent, less where that would hide the kind), up to 20 % gross outliers, arcs from 30 "
+            "degrees, 20 to 20,000 points.",
             {name: _names(bounds) for name, bounds in SCAN_BUCKETS.items()},
         ),
         150,
@@ -263,7 +265,8 @@ CASE_SETS: dict[str, CaseSet] = {
     "outliers": CaseSet(
         Description(
             "Gross outliers",
-            "Scans of 2,000 points with noise of 0.1 % of the extent, of which a share has nothing to do with the surface.",
+            "Scans of 2,000 points with noise of 0.1 % of the extent, of which a share has nothing to do "
+            "with the surface.",
             {"outliers [%]": OUTLIERS},
         ),
         70,
@@ -273,8 +276,9 @@ CASE_SETS: dict[str, CaseSet] = {
     "arcs": CaseSet(
         Description(
             "Arcs",
-            "Scans of an object that is a part of a turn (of a sphere: a cap); of a whole turn a scanner may see half. "
-            "Noise of 0.1 % of the extent, less where that would hide the kind. Planes have no arc.",
+            "Scans of an object that is a part of a turn (of a sphere: a cap); of a whole turn a scanner "
+            "may see half. Noise of 0.1 % of the extent, less where that would hide the kind. Planes have "
+            "no arc.",
             {"arc [deg]": ARCS},
         ),
         56,
@@ -284,7 +288,8 @@ CASE_SETS: dict[str, CaseSet] = {
     "near-degenerate": CaseSet(
         Description(
             "Nearly another kind",
-            "Scans of shapes that are nearly a simpler kind, and of those kinds; the noise is low enough to tell.",
+            "Scans of shapes that are nearly a simpler kind, and of those kinds; the noise is low enough to "
+            "tell.",
             {"shape": tuple(NEAR), "noise": NEAR_NOISE},
         ),
         36,
@@ -314,8 +319,8 @@ CASE_SETS: dict[str, CaseSet] = {
     "coordinates": CaseSet(
         Description(
             "Coordinates",
-            "The same clouds with coordinates as they are, as float32, in steps of a millimetre (objects of a metre), "
-            "and with 1e7 added.",
+            "The same clouds with coordinates as they are, as float32, in steps of a millimetre (objects of "
+            "a metre), and with 1e7 added.",
             {"coordinates": COORDINATES, "family": tuple(FAMILIES)},
         ),
         40,
@@ -325,7 +330,8 @@ CASE_SETS: dict[str, CaseSet] = {
     "foreign": CaseSet(
         Description(
             "Shapes that are no primitive",
-            "Scans of six other shapes. The right answer is `no_fit`; methods that are given the kind are not asked.",
+            "Scans of six other shapes. The right answer is `no_fit`; methods that are given the kind are "
+            "not asked.",
             {"shape": SHAPES},
         ),
         60,

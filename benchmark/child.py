@@ -1,7 +1,8 @@
 """The process in which methods run: started by `benchmark.runner`, asked over a socket, ended by it.
 
-Requests and replies are dicts of plain values. A method is loaded on its first request: imported, constructed, and
-shown one small cloud of each kind that it can answer, so that it is warm when time is measured.
+Requests and replies are dicts of plain values. A method is loaded on its first request: imported,
+constructed, and shown one small cloud of each kind that it can answer, so that it is warm when time is
+measured.
 """
 
 import gc
@@ -28,6 +29,8 @@ ROOT = Path(__file__).parent.parent
 MEMORY_SHARE = 0.75
 """Of the machine's memory, that a method may take before it gets a `MemoryError`."""
 WARM_UP_SEED = 0
+NOTE = 300
+"""Characters that are kept of an error."""
 
 
 def main() -> None:
@@ -69,28 +72,24 @@ def ask(method: Method, points: Array, kind: str | None) -> dict[str, Any]:
     gc.collect()
     started, started_cpu = time.perf_counter(), time.process_time()
     try:
-        answer = method.fit(points, kind)
+        answer: Answer | BaseException = method.fit(points, kind)
     except BaseException as error:  # some bindings raise what is no Exception
-        if isinstance(error, KeyboardInterrupt):
-            raise
         answer = error
     spent = {
         "seconds": time.perf_counter() - started,
         "cpu_seconds": time.process_time() - started_cpu,
     }
     if isinstance(answer, BaseException):
-        return spent | {"status": "error", "note": f"{type(answer).__name__}: {answer}"[:300]}
+        return spent | {"status": "error", "note": f"{type(answer).__name__}: {answer}"[:NOTE]}
     return spent | described(answer)
 
 
 def described(answer: Answer) -> dict[str, Any]:
     """An answer in plain values; one that is not finite is an error."""
     primitive = parameters(answer.primitive) if answer.primitive is not None else None
-    if (
-        primitive
-        and not np.isfinite(np.hstack([primitive[name] for name in primitive if name != "kind"])).all()
-    ):
-        return {"status": "error", "note": f"parameters that are not finite: {primitive}"}
+    numbers = [value for name, value in (primitive or {}).items() if name != "kind"]
+    if numbers and not np.isfinite(np.hstack(numbers)).all():
+        return {"status": "error", "note": f"parameters that are not finite: {primitive}"[:NOTE]}
     return {
         "status": answer.status,
         "primitive": primitive,

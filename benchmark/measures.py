@@ -1,8 +1,8 @@
 """How far an answer is from the truth, and from the points.
 
-Lengths are those of the cloud unless a measure is called relative; then they are shares of the cloud's extent, the
-diagonal of the bounding box of the points that belong to the surface. Everything is computed about the centroid, so
-that far coordinates cost no digits.
+Lengths are those of the cloud unless a measure is called relative; then they are shares of the cloud's
+extent, the diagonal of the bounding box of the points that belong to the surface. Everything is computed
+about the centroid, so that far coordinates cost no digits.
 """
 
 from collections.abc import Iterator
@@ -21,8 +21,8 @@ COMPARED = {"plane": 3, "cylinder": 4}
 """How many leading parameters are compared: the point of a plane or a cylinder is not unique."""
 
 GRID = 200
-"""Samples in each direction of the sampled surface. The paper says "densely"; with so many exact answers come out about
-as its best methods do."""
+"""Samples in each direction of the sampled surface. The paper says "densely"; with so many, exact answers
+come out about as its best methods do."""
 
 MOST_SAMPLED = 20_000
 """Points that the sampled measures look at; of larger clouds every k-th."""
@@ -41,7 +41,7 @@ def is_right(status: str, found: Primitive | None, truth: Primitive | None) -> b
 
 
 def l2(found: Primitive, truth: Primitive) -> float:
-    """The track's L2 distance between parameter vectors of one kind; lengths and radians are mixed as they are.
+    """The track's L2 distance between parameter vectors of one kind, lengths and radians as they are.
 
     Minimised over the sign of the axis, with a torus's radii sorted; the points of planes and cylinders
     are left out. Source: Romanengo et al. 2022, section 2.2.2.
@@ -63,8 +63,9 @@ def _compared(primitive: Primitive) -> Array:
 def position_error(found: Primitive, truth: Primitive, center: Array) -> float | None:
     """What L2 leaves out of planes and cylinders, free of the choice of their points; None for other kinds.
 
-    Planes: difference of the signed distances from `center` (the cloud's centroid), the normals turned to the same
-    side. Cylinders: distance of the found axis from the point of the true axis that lies closest to `center`.
+    Planes: difference of the signed distances from `center` (the cloud's centroid), the normals turned to the
+    same side. Cylinders: distance of the found axis from the point of the true axis that lies closest to
+    `center`.
     """
     match found, truth:
         case Plane(), Plane():
@@ -83,10 +84,10 @@ def distances(primitive: Primitive, points: Array) -> Array:
 
 
 def sampled_distances(primitive: Primitive, points: Array) -> Array:
-    """Distances (N,) of points to the closest of `GRID` x `GRID` samples of the surface, as the paper measures.
+    """Distances (N,) of points to the closest of `GRID` x `GRID` samples of the surface, as in the paper.
 
-    Samples lie on a regular grid of the parameters of `Primitive.surface`: full turns, and as far as the points
-    reach in the parameters that are lengths. They overestimate by up to half a cell's diagonal.
+    Samples lie on a regular grid of the parameters of `Primitive.surface`: full turns, and as far as the
+    points reach in the parameters that are lengths. They overestimate by up to half a cell's diagonal.
     """
     samples = primitive.surface(*np.meshgrid(*_spans(primitive, points))).reshape(-1, 3)
     return np.asarray(cKDTree(samples).query(points)[0])
@@ -115,8 +116,8 @@ def _spans(primitive: Primitive, points: Array) -> Iterator[Array]:
 def surface_error(found: Primitive, truth: Primitive, points: Array) -> float:
     """Root mean square distance of the true surface to the found one where the cloud is.
 
-    That is, of the points' closest points on the true surface. It compares any two kinds, counts positions that L2
-    leaves out, and no parameter that the cloud's part of the surface does not depend on.
+    That is, of the points' closest points on the true surface. It compares any two kinds, counts positions
+    that L2 leaves out, and no parameter that the cloud's part of the surface does not depend on.
     """
     on_truth = points - truth.signed_distance(points)[:, None] * truth.gradient(points)
     return float(np.sqrt(np.mean(found.signed_distance(on_truth) ** 2)))

@@ -1,6 +1,7 @@
 """Raw records: one JSON line for each cloud and method, appended as they come, read back by the report.
 
-A folder holds `records.jsonl` and `methods.json`, which says of each method what is the same for all its records.
+A folder holds `records.jsonl` and `methods.json`, which says of each method what is the same for all its
+records.
 """
 
 import hashlib
@@ -53,7 +54,8 @@ class Record:
     kind : the true one, or "foreign"
     truth, answer : parameters, or None
     groups : of the case
-    points, extent, cloud : number of points, diagonal of those of the surface, start of the SHA-256 of all of them
+    points, extent, cloud : number of points, diagonal of those of the surface, start of the SHA-256 of all of
+        them
     status, note, attempts, seconds, cpu_seconds : as in `Outcome`
     right : `benchmark.measures.is_right`
     errors : of the answer, by measure (`benchmark.measures`); None where a number is not finite

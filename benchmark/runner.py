@@ -1,7 +1,7 @@
 """Runs methods over cases, one cloud after the other, the methods taking turns.
 
-Methods live in a child process on one thread. It is killed when an answer takes too long and started again when it
-is gone, so that a hang or a crash costs one record; the records are written here.
+Methods live in a child process on one thread. It is killed when an answer takes too long and started again
+when it is gone, so that a hang or a crash costs one record; the records are written here.
 """
 
 import os
@@ -70,7 +70,7 @@ class Child:
         self.stop()
 
     def introduction(self, method: str) -> dict[str, Any]:
-        """What `benchmark.child.introduce` says, with the method loaded and warm; raises `Hang` or `Crash`."""
+        """What `benchmark.child.introduce` says, the method being warm; raises `Hang` or `Crash`."""
         if method not in self.loaded:
             self.loaded[method] = self.ask({"method": method}, LOADING)
         return self.loaded[method]
@@ -168,8 +168,8 @@ def begin(
 
     Returns
     -------
-    The records that it goes on from, and the number of those that were dropped because the versions of their method
-    have changed; with `restart` those that are asked for are dropped, too.
+    The records that it goes on from, and the number of those that were dropped because the versions of their
+    method have changed; with `restart` those that are asked for are dropped, too.
     """
     sets = {(work.set, work.seed) for work in works}
     before = list(file.read())

@@ -19,7 +19,7 @@ ANSWERS = (*KINDS, *REJECTIONS)
 RATES = ("PPV", "NPV", "TPR", "TNR", "ACC")
 
 CLOSE = 0.01
-"""A fit is close where the root mean square distance of the surfaces is below this share of the cloud's extent."""
+"""A fit is close where the root mean square distance of the surfaces is at most this share of the extent."""
 
 
 def answered(record: Record) -> str:
@@ -43,7 +43,8 @@ def confusion(records: Iterable[Record]) -> np.ndarray:
 def rates(counts: np.ndarray) -> dict[str, Array]:
     """Per class, shape (5,): PPV, NPV, TPR, TNR and accuracy of "this class or not"; NaN where undefined.
 
-    A rejection predicts no class: it takes from TPR and accuracy, not from PPV. Source: Romanengo et al. 2022, 2.2.1.
+    A rejection predicts no class: it takes from TPR and accuracy, not from PPV. Source: Romanengo et al.
+    2022, 2.2.1.
     """
     total = counts.sum()
     hit = np.diag(counts[:, : len(KINDS)]).astype(float)
@@ -69,8 +70,9 @@ def macro(per_class: Array) -> float:
 class Spread:
     """How values are spread.
 
-    Quartiles are those of all values, so that a wrong answer, which is infinitely far, counts; they are values that
-    occur (the one at or below the rank). Mean and standard deviation are those of the `finite` ones.
+    Quartiles are those of all values, so that a wrong answer, which is infinitely far, counts; they are
+    values that occur (the one at or below the rank). Mean and standard deviation are those of the finite
+    ones.
     """
 
     q1: float
@@ -78,19 +80,16 @@ class Spread:
     q3: float
     mean: float
     std: float
-    count: int
-    finite: int
 
 
 def spread(values: Sequence[float]) -> Spread:
     """NaN throughout for no values."""
     ordered = np.array(values, float)
     finite = ordered[np.isfinite(ordered)]
-    if not len(ordered):
-        return Spread(*[np.nan] * 5, 0, 0)
-    quartiles = np.quantile(ordered, [0.25, 0.5, 0.75], method="lower")
+    quartiles = np.quantile(ordered, [0.25, 0.5, 0.75], method="lower") if len(ordered) else [np.nan] * 3
     moments = (finite.mean(), finite.std()) if len(finite) else (np.nan, np.nan)
-    return Spread(*map(float, (*quartiles, *moments)), len(ordered), len(finite))
+    q1, q2, q3, mean, std = map(float, (*quartiles, *moments))
+    return Spread(q1, q2, q3, mean, std)
 
 
 def share(records: Sequence[Record], holds: Callable[[Record], bool]) -> float:

@@ -3,21 +3,21 @@
 from collections.abc import Sequence
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from benchmark.records import Record
 from benchmark.scores import answered, grouped, seconds, share, spread
 
 CAPTION = (
-    "other: another kind; amb., none: ambiguous, no_fit. Errors and times are medians, a wrong answer is infinitely "
-    "far; surface: distance of the surfaces over the extent; fits: kinds fitted a cloud; first: the first was right."
+    "other: another kind; amb., none: ambiguous, no_fit. Errors and times are medians, a wrong answer is "
+    "infinitely far; surface: distance of the surfaces over the extent; fits: kinds fitted a cloud; first: "
+    "the first was right."
 )
 
 
 def summary(records: Sequence[Record]) -> Table:
     """A row for each method on each set."""
-    table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, 1), caption=CAPTION, caption_justify="left")
+    table = Table(box=None, padding=(0, 0, 0, 1), pad_edge=False, caption=CAPTION, caption_justify="left")
     table.add_column("", no_wrap=True)
     for name in ("right", "other", "amb.", "none", "fail", "L2", "surface", "fits", "first", "ms"):
         table.add_column(name, justify="right", no_wrap=True)

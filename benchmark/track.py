@@ -1,8 +1,8 @@
-"""Folders in the layout of the SHREC 2022 track, as cases: the public dataset, parts of it, what `primfit synth` writes.
+"""Folders in the layout of the SHREC 2022 track: the public dataset, parts of it, output of `primfit synth`.
 
-Clouds are files `pointCloud{i}.txt` with `x,y,z` a line, anywhere in the folder. Their truth stands in one file
-`ground_truth.csv` with a line `i,label,parameters`, or in a file `GTpointCloud{i}.txt` each with one number a line.
-`perturbation.csv`, where it is there, has a line `i` and the track's 13 numbers.
+Clouds are files `pointCloud{i}.txt` with `x,y,z` a line, anywhere in the folder. Their truth stands in one
+file `ground_truth.csv` with a line `i,label,parameters`, or in a file `GTpointCloud{i}.txt` each with one
+number a line. `perturbation.csv`, where it is there, has a line `i` and the track's 13 numbers.
 """
 
 import csv
@@ -50,7 +50,8 @@ class TrackFolder:
         self.names = [name for name in self.clouds if name in self.truths]
         if not self.names:
             raise NotATrackFolderError(
-                f"{folder} holds {len(self.clouds)} clouds, but no ground_truth.csv or GTpointCloud*.txt for them"
+                f"{folder} holds {len(self.clouds)} clouds, but no ground_truth.csv or GTpointCloud*.txt for "
+                "them"
             )
         self.perturbations = _perturbations(folder)
 
@@ -117,4 +118,4 @@ def _perturbations(folder: Path) -> Mapping[str, str]:
 def _perturbation(done: set[str]) -> Perturbation:
     noise = next((name for name in ("uniform", "gaussian") if name in done), None)
     removal = next((name for name in ("undersampling", "missing_part") if name in done), None)
-    return Perturbation(noise, "bump" in done, removal)  # type: ignore[arg-type]
+    return Perturbation(noise, "bump" in done, removal)

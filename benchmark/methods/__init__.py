@@ -1,7 +1,7 @@
 """The methods that are measured: one small file each, one protocol, one dict.
 
-A method is imported and constructed in the child process of `benchmark.runner` alone, once, so that its package
-need not be installed where the benchmark is started, and a crash of it ends nothing else.
+A method is imported and constructed in the child process of `benchmark.runner` alone, once, so that its
+package need not be installed where the benchmark is started, and a crash of it ends nothing else.
 """
 
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ class Answer:
 
     Attributes
     ----------
-    status : `fitted`; `ambiguous` where several kinds explain the cloud; `no_fit` where none does. Methods that know
-        only the first answer `fitted`, or `no_fit` where they found nothing
+    status : `fitted`; `ambiguous` where several kinds explain the cloud; `no_fit` where none does. Methods
+        that know only the first answer `fitted`, or `no_fit` where they found nothing
     primitive : the answer in the units of the input; None where there is none
     note : what the record keeps besides; may be empty
     attempts : the kinds that were fitted, in order, where the method tells

@@ -6,6 +6,7 @@ from pathlib import Path
 from benchmark.records import RecordsFile
 from benchmark.report import pictures, sections
 from benchmark.report.data import Data, NoRecordsError
+from benchmark.report.details import details
 from benchmark.report.pictures import MissingMatplotlibError
 
 __all__ = ["MissingMatplotlibError", "NoRecordsError", "write"]
@@ -21,11 +22,11 @@ def write(file: RecordsFile, out: Path) -> Path:
     """
     pictures.require_matplotlib()
     data = Data.of(file)
-    parts = [sections.head(data), sections.at_a_glance(data), sections.behind(data)]
+    parts: list[Iterable[str]] = [sections.head(data), sections.at_a_glance(data), sections.behind(data)]
     parts += [sections.of_set(data, set_) for set_ in data.sets]
-    parts += [sections.methods(data), sections.measures()]
+    parts += [sections.methods(data), [sections.MEASURES]]
     pictures.draw(data, out / "images")
-    _write(out / "benchmark-details.md", [sections.details(data)])
+    _write(out / "benchmark-details.md", [details(data)])
     return _write(out / "benchmark.md", parts)
 
 

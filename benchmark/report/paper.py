@@ -1,5 +1,8 @@
-"""Facts of the paper: tables 1 and 2 of Romanengo et al., "SHREC 2022: Fitting and recognition of simple geometric
-primitives on point clouds", Computers & Graphics 107, 2022: its six methods on its 925 test clouds."""
+"""Facts of the paper: its six methods on its 925 test clouds, tables 1 and 2.
+
+Romanengo et al., "SHREC 2022: Fitting and recognition of simple geometric primitives on point clouds",
+Computers & Graphics 107, 2022.
+"""
 
 KINDS = ("plane", "cylinder", "sphere", "cone", "torus")
 """Their classes T1 to T5; the sixth number of each row is the macro average."""
@@ -74,4 +77,4 @@ ERRORS: dict[str, dict[str, tuple[float, float, float, float, float]]] = {
         "M6": (5.85e-02, 8.95e-02, 2.53e-01, 1.31e06, 7.63e06),
     },
 }
-"""Table 2: Q1, Q2, Q3, mean, standard deviation; their MFE and Hausdorff distance are those of a sampled surface."""
+"""Table 2: Q1, Q2, Q3, mean, standard deviation; MFE and Hausdorff distance to a sampled surface."""
