@@ -16,7 +16,7 @@ from benchmark.records import Record, RecordsFile
 from benchmark.report import MissingMatplotlibError, NoRecordsError, write
 from benchmark.runner import Child, MethodError, Work, begin, interpreter, introduce, run
 from benchmark.summary import summary, wrong_line
-from benchmark.track import TRACK, NotATrackFolderError, TrackFolder
+from benchmark.track import TRACK, TrackError, TrackFolder
 
 DEFAULT_METHOD = next(iter(METHODS))
 BAD_INPUT, INTERRUPTED = 2, 130
@@ -31,7 +31,7 @@ def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench"
         return BAD_INPUT
     try:
         return int(options.action(options))
-    except (MethodError, NotATrackFolderError, NoRecordsError, MissingMatplotlibError, OSError) as error:
+    except (MethodError, TrackError, NoRecordsError, MissingMatplotlibError, OSError) as error:
         print(f"{program}: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
@@ -67,7 +67,7 @@ def run_action(options: argparse.Namespace) -> int:
 
 
 def plan(options: argparse.Namespace) -> list[Work]:
-    """The cases that are asked for; raises `NotATrackFolderError`."""
+    """The cases that are asked for; raises `TrackError`."""
     names = options.set or ([] if options.shrec22 else CASE_SETS)
     works = []
     for name, chosen in CASE_SETS.items():

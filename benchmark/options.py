@@ -65,12 +65,7 @@ def _add_run(actions: Any) -> argparse.ArgumentParser:
     add("--out", type=Path, default=FOLDER, metavar="DIR", help=f"folder of the records (default: {FOLDER})")
     add("--restart", action="store_true", help="make the records anew that are asked for")
     add("--show-wrong", action="store_true", help="print a line for each wrong answer")
-    add(
-        "--python",
-        type=Path,
-        metavar="FILE",
-        help="what runs the methods (default: .venv-peers, or this one)",
-    )
+    add("--python", type=_file, metavar="FILE", help="what runs the methods (default: .venv-peers, or this)")
     return parser
 
 

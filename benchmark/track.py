@@ -30,8 +30,8 @@ FLAGS = {"uniform": 0, "gaussian": 3, "undersampling": 6, "missing_part": 8, "bu
 """Where the flags stand in the 13 numbers of `perturbation.csv`."""
 
 
-class NotATrackFolderError(ValueError):
-    """A folder without clouds, without truth, or with two clouds of one number."""
+class TrackError(ValueError):
+    """A folder without clouds or truth, with two clouds of one number, or with a file that cannot be read."""
 
 
 class TrackFolder:
@@ -39,24 +39,24 @@ class TrackFolder:
 
     Raises
     ------
-    NotATrackFolderError : the folder is not in the track's layout
+    TrackError : the folder is not in the track's layout
     """
 
     def __init__(self, folder: Path) -> None:
         self.clouds = _numbered(folder, r"pointCloud(\d+)\.txt")
         if not self.clouds:
-            raise NotATrackFolderError(f"{folder} holds no pointCloud1.txt, pointCloud2.txt, ...")
+            raise TrackError(f"{folder} holds no pointCloud1.txt, pointCloud2.txt, ...")
         self.truths = _truths(folder)
         self.names = [name for name in self.clouds if name in self.truths]
         if not self.names:
-            raise NotATrackFolderError(
+            raise TrackError(
                 f"{folder} holds {len(self.clouds)} clouds, but no ground_truth.csv or GTpointCloud*.txt for "
                 "them"
             )
         self.perturbations = _perturbations(folder)
 
     def case(self, name: str) -> Case:
-        """Raises `ValueError` for a file that holds no points, with its name."""
+        """Raises `TrackError` for a file that holds no points."""
         perturbation = self.perturbations.get(name, "A0" if self.perturbations else "unknown")
         points = read_points(self.clouds[name])
         return Case(name, points, self.truths[name], track_groups(perturbation, len(points)))
@@ -74,7 +74,7 @@ def read_points(path: Path) -> np.ndarray:
     try:
         return numbers.astype(np.float64).reshape(-1, 3)
     except ValueError as error:
-        raise ValueError(f"{path} does not hold three numbers a line: {error}") from None
+        raise TrackError(f"{path} does not hold three numbers a line: {error}") from None
 
 
 def _numbered(folder: Path, pattern: str) -> dict[str, Path]:
@@ -83,7 +83,7 @@ def _numbered(folder: Path, pattern: str) -> dict[str, Path]:
     for path in sorted(folder.rglob("*.txt")):
         match = re.fullmatch(pattern, path.name)
         if match and found.setdefault(match[1], path) != path:
-            raise NotATrackFolderError(
+            raise TrackError(
                 f"{found[match[1]]} and {path} have the same number: name a folder with one of them"
             )
     return dict(sorted(found.items(), key=lambda item: int(item[0])))
@@ -97,10 +97,14 @@ def _truths(folder: Path) -> Mapping[str, Primitive]:
     for path in folder.rglob("ground_truth.csv"):
         with path.open(newline="") as file:
             vectors |= {row[0]: row[1:] for row in csv.reader(file) if row}
-    return {
-        number: from_vector(int(float(label)), list(map(float, parameters)))
-        for number, (label, *parameters) in vectors.items()
-    }
+    return {number: _primitive(number, vector) for number, vector in vectors.items()}
+
+
+def _primitive(number: str, vector: list[str]) -> Primitive:
+    try:
+        return from_vector(int(vector[0]), list(map(float, vector[1:])))
+    except (ValueError, IndexError) as error:
+        raise TrackError(f"the truth of cloud {number} cannot be read: {error}") from None
 
 
 def _perturbations(folder: Path) -> Mapping[str, str]:

@@ -22,15 +22,16 @@ def write(file: RecordsFile, out: Path) -> Path:
     """
     pictures.require_matplotlib()
     data = Data.of(file)
-    parts: list[Iterable[str]] = [sections.head(data), sections.at_a_glance(data), sections.behind(data)]
-    parts += [sections.of_set(data, set_) for set_ in data.sets]
+    drawn = pictures.draw(data, out / "images")
+    parts: list[Iterable[str]] = [sections.head(data), sections.at_a_glance(data, drawn)]
+    parts.append(sections.behind(data))
+    parts += [sections.of_set(data, set_, drawn) for set_ in data.sets]
     parts += [sections.methods(data), [sections.MEASURES]]
-    pictures.draw(data, out / "images")
     _write(out / "benchmark-details.md", [details(data)])
     return _write(out / "benchmark.md", parts)
 
 
 def _write(path: Path, parts: Iterable[Iterable[str]]) -> Path:
-    text = "\n\n".join("\n".join(part).rstrip() for part in parts)
-    path.write_text(text + "\n")
+    texts = ["\n".join(part).rstrip() for part in parts]
+    path.write_text("\n\n".join(text for text in texts if text) + "\n")
     return path

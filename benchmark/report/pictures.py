@@ -47,14 +47,15 @@ def require_matplotlib() -> None:
         raise MissingMatplotlibError
 
 
-def draw(data: Data, folder: Path) -> None:
-    """Write every picture that the records are enough for."""
+def draw(data: Data, folder: Path) -> set[str]:
+    """Write every picture that the records are enough for; returns their names."""
     require_matplotlib()
     folder.mkdir(parents=True, exist_ok=True)
-    for name, picture in PICTURES.items():
-        figure = picture(data)
-        if figure is not None:
-            figure.savefig(folder / f"benchmark-{name}.png", metadata={"Software": None})
+    figures = {name: picture(data) for name, picture in PICTURES.items()}
+    drawn = {name: figure for name, figure in figures.items() if figure is not None}
+    for name, figure in drawn.items():
+        figure.savefig(folder / f"benchmark-{name}.png", metadata={"Software": None})
+    return set(drawn)
 
 
 def overview(data: Data) -> Any:

@@ -1,6 +1,6 @@
 """The sections of benchmark.md, each as lines of Markdown."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from benchmark.measures import GRID
 from benchmark.records import Record
@@ -47,8 +47,10 @@ def head(data: Data) -> Iterator[str]:
 # -- at a glance --------------------------------------------------------------------------------------------
 
 
-def at_a_glance(data: Data) -> Iterator[str]:
+def at_a_glance(data: Data, drawn: Collection[str]) -> Iterator[str]:
     shown = {set_: name for set_, name in HEADLINE.items() if set_ in data.sets}
+    if not shown:
+        return
     header = ["method", "kind"]
     for name in shown.values():
         header += [f"{name}: kind right", "within 1 %", "error", "ms"]
@@ -64,8 +66,8 @@ def at_a_glance(data: Data) -> Iterator[str]:
         "that they know: their figures are easier to reach."
     )
     yield ""
-    yield "![Accuracy against time, on the benchmark and on scans](images/benchmark-overview.png)"
-    yield ""
+    if "overview" in drawn:
+        yield from _picture("overview", "Accuracy against time, on the benchmark and on scans")
     yield from commands([*data.commands(shown), "primfit bench report"])
 
 
@@ -143,7 +145,7 @@ def _weak_groups(data: Data) -> Iterator[tuple[float, list[str]]]:
 # -- one set ------------------------------------------------------------------------------------------------
 
 
-def of_set(data: Data, set_: str) -> Iterator[str]:
+def of_set(data: Data, set_: str, drawn: Collection[str]) -> Iterator[str]:
     """What it is, who is right how often and how exactly, and what is special to it."""
     description = described(set_)
     yield f"## {description.title}"
@@ -155,7 +157,9 @@ def of_set(data: Data, set_: str) -> Iterator[str]:
     for group in data.groups(set_):
         yield from by_level(data, set_, group)
         yield ""
-    yield from PICTURES.get(set_, [])
+    for name, shows in PICTURES.get(set_, {}).items():
+        if name in drawn:
+            yield from _picture(name, shows)
     if set_ in ("shrec", TRACK):
         yield from beside_the_paper(data, set_)
         yield ""
@@ -163,20 +167,20 @@ def of_set(data: Data, set_: str) -> Iterator[str]:
 
 
 PICTURES = {
-    "shrec": [
-        "![Accuracy by perturbation and method](images/benchmark-perturbations.png)",
-        "",
-        "![How the errors are spread, on the benchmark and on scans](images/benchmark-errors.png)",
-        "",
-        "![Confusion matrices](images/benchmark-confusion.png)",
-        "",
-    ],
-    "outliers": [
-        "![Accuracy by outliers, arc, exact share, number of points](images/benchmark-levels.png)",
-        "",
-    ],
-    "sizes": ["![Time by number of points](images/benchmark-time.png)", ""],
+    "shrec": {
+        "perturbations": "Accuracy by perturbation and method",
+        "errors": "How the errors are spread, on the benchmark and on scans",
+        "confusion": "Confusion matrices",
+    },
+    "outliers": {"levels": "Accuracy by outliers, arc, exact share, number of points"},
+    "sizes": {"time": "Time by number of points"},
 }
+"""The pictures that stand with a set, and what they show."""
+
+
+def _picture(name: str, shows: str) -> Iterator[str]:
+    yield f"![{shows}](images/benchmark-{name}.png)"
+    yield ""
 
 
 def outcomes(data: Data, set_: str) -> Iterator[str]:
