@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmark.records import Record
+from benchmark.records import SAMPLED, Record
 from benchmark.report import paper
 from benchmark.report.cells import five, level_name, macro_rates, measured, median, name_of, outcomes_of
 from benchmark.report.data import Data, described
@@ -19,7 +19,6 @@ from benchmark.scores import (
     share,
     spread,
 )
-from benchmark.track import TRACK
 from fitting.primitives import KINDS
 
 
@@ -58,7 +57,7 @@ def per_class(data: Data, set_: str) -> Iterator[str]:
         for method, found in measured.items():
             ordered = [float(found[rate][KINDS.index(kind)]) for kind in paper.KINDS]
             rows.append([rate, name_of(method), *map(_rate, (*ordered, macro(found[rate])))])
-        if set_ in ("shrec", TRACK):
+        if set_ in SAMPLED:
             rows += [
                 [rate, f"{method} (paper)", *map(_rate, numbers)] for method, numbers in published.items()
             ]

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterator, Sequence
 
 from benchmark.measures import GRID
-from benchmark.records import Record
+from benchmark.records import SAMPLED, Record
 from benchmark.report.beside_paper import beside_the_paper
 from benchmark.report.cells import level_name, measured, median, name_of, outcomes_of
 from benchmark.report.data import OURS, Data, common, described, median_seconds
@@ -14,7 +14,6 @@ from benchmark.scores import (
     is_close,
     share,
 )
-from benchmark.track import TRACK
 from fitting.primitives import KINDS
 
 HEADLINE = {"shrec": "benchmark", "scanner": "scans"}
@@ -39,7 +38,8 @@ def head(data: Data) -> Iterator[str]:
     yield (
         f"primfit and what people use instead, on the same {clouds:,} clouds, in one run: who is right how "
         "often, how exact, how fast. One process, one thread, warm, the methods taking turns cloud by "
-        f"cloud; {', '.join(machines)}. [benchmarking.md](benchmarking.md) says how to run it; "
+        f"cloud; {', '.join(machines)}. `make bench-full` runs all of it; the commands below make "
+        "a part each. [benchmarking.md](benchmarking.md) says more; "
         "[benchmark-details.md](benchmark-details.md) has every table by perturbation, size and level."
     )
 
@@ -160,7 +160,7 @@ def of_set(data: Data, set_: str, drawn: Collection[str]) -> Iterator[str]:
     for name, shows in PICTURES.get(set_, {}).items():
         if name in drawn:
             yield from _picture(name, shows)
-    if set_ in ("shrec", TRACK):
+    if set_ in SAMPLED:
         yield from beside_the_paper(data, set_)
         yield ""
     yield from commands([*data.commands([set_]), "primfit bench report"])

@@ -11,6 +11,7 @@ from benchmark.measures import (
     l2,
     position_error,
     sampled_distances,
+    sampled_errors,
     surface_error,
     truth_errors,
 )
@@ -89,9 +90,8 @@ def test_the_sampled_surface_is_the_surface_but_for_gaps(primitive):
 
 def test_sampled_errors_of_large_clouds_look_at_a_part():
     points = np.random.default_rng(0).standard_normal((MOST_SAMPLED + 1, 3))
-    whole, part = (fitting_errors(Sphere(ORIGIN, 1.0), cloud) for cloud in (points, points[::2]))
+    whole, part = (sampled_errors(Sphere(ORIGIN, 1.0), cloud) for cloud in (points, points[::2]))
     assert whole["hausdorff_sampled"] == part["hausdorff_sampled"]
-    assert whole["hausdorff"] >= part["hausdorff"]
 
 
 @pytest.mark.parametrize(

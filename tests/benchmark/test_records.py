@@ -51,7 +51,14 @@ def test_without_an_answer_only_the_truth_is_measured():
     assert made.failed and not made.right and made.errors == {} and made.truth_errors["mfe"] > 0.0
     foreign = record(PLANE, case=Case("0", POINTS, None, {}))
     assert foreign.kind == "foreign" and foreign.truth is None and foreign.truth_errors == {}
-    assert set(foreign.errors) == {"mfe", "hausdorff", "mfe_sampled", "hausdorff_sampled"}
+    assert set(foreign.errors) == {"mfe", "hausdorff"}
+
+
+def test_surfaces_are_sampled_where_the_paper_stands_beside():
+    outcome = Outcome("fitted", parameters(PLANE))
+    made = Scored("shrec", 1, CASE).record("primfit", outcome, {})
+    assert made.errors["hausdorff_sampled"] >= made.errors["hausdorff"] == pytest.approx(40.0)
+    assert set(made.truth_errors) == {"mfe", "hausdorff", "mfe_sampled", "hausdorff_sampled"}
 
 
 def test_primitives_are_read_back_to_the_last_bit():
