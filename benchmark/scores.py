@@ -18,6 +18,9 @@ ANSWERS = (*KINDS, *REJECTIONS)
 
 RATES = ("PPV", "NPV", "TPR", "TNR", "ACC")
 
+EXACT = 1e-9
+"""A fit is exact where the root mean square distance of the surfaces is at most this share of the extent."""
+
 CLOSE = 0.01
 """A fit is close where the root mean square distance of the surfaces is at most this share of the extent."""
 
@@ -100,6 +103,11 @@ def share(records: Sequence[Record], holds: Callable[[Record], bool]) -> float:
 def is_close(record: Record) -> bool:
     """Whether the kind is right and the surface close; of foreign shapes, whether it was refused."""
     return record.right and (record.kind == "foreign" or record.error("surface") <= CLOSE)
+
+
+def is_exact(record: Record) -> bool:
+    """Whether the kind is right and the surface found to within rounding."""
+    return record.error("surface") <= EXACT
 
 
 def grouped(records: Iterable[Record], key: Callable[[Record], G]) -> dict[G, list[Record]]:

@@ -36,9 +36,9 @@ def beside_the_paper(data: Data, set_: str) -> Iterator[str]:
     yield (
         "Errors in the unit of the clouds. The quartiles count a wrong answer as infinitely far; mean and "
         "standard deviation are those of the right ones. *truth* is what the true parameters reach on the "
-        "same clouds. The paper measures MFE and Hausdorff distance to samples of the surface, which lie "
-        f"some distance apart: compare its numbers with the tables *sampled surface*, ours from {GRID} x "
-        f"{GRID} samples, and with the truth's there."
+        "same clouds. The paper measured MFE and Hausdorff distance to samples of the surface, which lie "
+        f"some distance apart, on partly denoised points. Ours with {GRID} x {GRID} samples stand beside its "
+        "numbers; compare them with the truth's."
     )
     for error, title in TABLE_2.items():
         yield ""

@@ -1,6 +1,6 @@
 """The pictures of the report; matplotlib is imported by this file alone, when one is drawn."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ import numpy as np
 from benchmark.records import Record
 from benchmark.report import paper
 from benchmark.report.data import OURS, Data, described, median_seconds
-from benchmark.scores import ANSWERS, confusion, grouped, is_close, share
+from benchmark.scores import ANSWERS, confusion, grouped, is_close, is_exact, share
 from benchmark.track import TRACK
 from fitting.primitives import KINDS
 
@@ -32,6 +32,8 @@ SMALLEST_ERROR, LARGEST_ERROR = 1e-17, 1e1
 """The ends of the axis of errors."""
 LEVELS = {"outliers": "outliers [%]", "arcs": "arc [deg]", "exact-share": "exact [%]", "sizes": "points"}
 LOGARITHMIC = ("arcs", "exact-share", "sizes")
+EXACTLY = "exact-share"
+"""The set of which the share is shown that is found exactly: within 1 % would be easy."""
 
 
 class MissingMatplotlibError(ImportError):
@@ -65,7 +67,7 @@ def overview(data: Data) -> Any:
         return None
     figure = _figure(5.2 * len(sets), 4.4)
     for place, set_ in enumerate(sets):
-        axes = figure.add_subplot(1, len(sets), place + 1)
+        axes = figure.add_subplot(1, len(sets), place + 1, sharex=figure.axes[0] if place else None)
         axes.set_xscale("log")
         for method in _with_records(data, set_):
             records = data.of_set(set_, method)
@@ -259,26 +261,31 @@ def _heatmap(
 def levels(data: Data) -> Any:
     """Share right and within 1 % against outliers, arc, exact share and number of points."""
     sets = [name for name in LEVELS if name in data.sets]
-    return _lines(data, sets, "right and within 1 % [%]", _share_of) if sets else None
+    if not sets:
+        return None
+    figure = _lines(data, sets, _share_of)
+    for axes, set_ in zip(figure.axes, sets, strict=True):
+        axes.set_ylabel("right and exact [%]" if set_ == EXACTLY else "right and within 1 % [%]", fontsize=9)
+        axes.set_ylim(-4, 104)
+    return figure
 
 
 def times(data: Data) -> Any:
     """Time against the number of points."""
     if "sizes" not in data.sets:
         return None
-    figure = _lines(
-        data, ["sizes"], "time a cloud, median [ms]", lambda records: 1e3 * median_seconds(records)
-    )
+    figure = _lines(data, ["sizes"], lambda set_, records: 1e3 * median_seconds(records))
+    figure.axes[0].set_ylabel("time a cloud, median [ms]")
     figure.axes[0].set_yscale("log")
     figure.axes[0].yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     return figure
 
 
-def _share_of(records: Sequence[Record]) -> float:
-    return 100 * share(records, is_close)
+def _share_of(set_: str, records: Sequence[Record]) -> float:
+    return 100 * share(records, is_exact if set_ == EXACTLY else is_close)
 
 
-def _lines(data: Data, sets: Sequence[str], label: str, measure: Any) -> Any:
+def _lines(data: Data, sets: Sequence[str], measure: Callable[[str, list[Record]], float]) -> Any:
     columns = min(2, len(sets))
     rows = -(-len(sets) // columns)
     figure = _figure((5.0 if columns > 1 else 7.0) * columns, 3.5 * rows if columns > 1 else 4.2)
@@ -289,7 +296,11 @@ def _lines(data: Data, sets: Sequence[str], label: str, measure: Any) -> Any:
             at = grouped(data.of_set(set_, method), lambda record: record.groups[group])  # noqa: B023
             x = sorted(at)
             axes.plot(
-                x, [measure(at[level]) for level in x], marker="o", markersize=3.5, **_line(data, method)
+                x,
+                [measure(set_, at[level]) for level in x],
+                marker="o",
+                markersize=3.5,
+                **_line(data, method),
             )
         if set_ in LOGARITHMIC:
             axes.set_xscale("log")
@@ -300,8 +311,6 @@ def _lines(data: Data, sets: Sequence[str], label: str, measure: Any) -> Any:
             axes.invert_xaxis()
         axes.set_xlabel(group)
         axes.set_title(described(set_).title, fontsize=10.5, loc="left")
-        if place % columns == 0:
-            axes.set_ylabel(label)
         axes.tick_params(labelsize=8.5)
         _clean(axes)
     _legend(figure)

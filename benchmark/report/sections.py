@@ -1,6 +1,6 @@
 """The sections of benchmark.md, each as lines of Markdown."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 
 from benchmark.measures import GRID
 from benchmark.records import SAMPLED, Record
@@ -10,6 +10,7 @@ from benchmark.report.data import OURS, Data, common, described, median_seconds
 from benchmark.report.markdown import NOTHING, commands, count, milliseconds, percent, scientific, table
 from benchmark.scores import (
     CLOSE,
+    EXACT,
     REJECTIONS,
     is_close,
     share,
@@ -22,8 +23,6 @@ HEADLINE = {"shrec": "benchmark", "scanner": "scans"}
 WEAK = 0.95
 MOST_WEAK = 15
 """Groups in which primfit is right less often than this are listed, so many at most."""
-EXACT = 1e-12
-"""Below this relative error nobody is ahead: what is left is rounding."""
 CLEARLY = 0.9
 """Ahead is who needs less than this share of the other's error or time."""
 
@@ -157,6 +156,9 @@ def of_set(data: Data, set_: str, drawn: Collection[str]) -> Iterator[str]:
     for group in data.groups(set_):
         yield from by_level(data, set_, group)
         yield ""
+    if set_ != "foreign":
+        yield from errors_by_level(data, set_, data.groups(set_)[0])
+        yield ""
     for name, shows in PICTURES.get(set_, {}).items():
         if name in drawn:
             yield from _picture(name, shows)
@@ -209,14 +211,24 @@ def outcomes(data: Data, set_: str) -> Iterator[str]:
 
 def by_level(data: Data, set_: str, group: str) -> Iterator[str]:
     """A row for each method, a column for each level: the share right and within 1 %."""
+    yield f"Right and within 1 %, by {group}:"
+    yield ""
+    yield from _levels(data, set_, group, lambda records: percent(share(records, is_close), 0))
+
+
+def errors_by_level(data: Data, set_: str, group: str) -> Iterator[str]:
+    yield f"Surface error, median, by {group}:"
+    yield ""
+    yield from _levels(data, set_, group, lambda records: scientific(median(records, "surface")))
+
+
+def _levels(data: Data, set_: str, group: str, cell: Callable[[list[Record]], str]) -> list[str]:
     levels = data.levels(set_, group)
     rows = []
     for method, records in data.by_method(data.of_set(set_)).items():
-        at = {level: [r for r in records if r.groups.get(group) == level] for level in levels}
-        rows.append([name_of(method), *(percent(share(at[level], is_close), 0) for level in levels)])
-    yield f"Right and within 1 %, by {group}:"
-    yield ""
-    yield from table(["method", *map(level_name, levels)], rows)
+        at = [[r for r in records if r.groups.get(group) == level] for level in levels]
+        rows.append([name_of(method), *map(cell, at)])
+    return table(["method", *map(level_name, levels)], rows)
 
 
 # -- the rest -----------------------------------------------------------------------------------------------
@@ -275,7 +287,8 @@ MEASURES = f"""## The measures
 - **surface error**: the points are carried to the true surface along its normals; the root mean square of
   their distances to the found surface, over the extent. Points that are known to be outliers are left out. It
   compares any two kinds, counts positions, and forgives parameters that the cloud says nothing about.
-- **within 1 %**: the kind is right and the surface error at most {CLOSE:g}.
+- **within 1 %**: the kind is right and the surface error at most {CLOSE:g}. **exact**: at most {EXACT:g};
+  below that nobody is called more exact than another.
 - **extent**: the diagonal of the bounding box of the points that belong to the surface.
 - **L2**: the track's distance between the parameter vectors, in the unit of the clouds, minimised over the
   sign of the axis, a torus's radii sorted. It leaves out where planes and cylinders are.

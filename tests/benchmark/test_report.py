@@ -93,6 +93,7 @@ def test_rejections_and_failures_are_shown_apart(data):
     assert cells[:8] == ["cgal", "4", "25.0 %", "1", "", "1", "1", "25.0 %"]
     lines = list(of_set(data, "shrec", {"errors"}))
     assert ["**primfit**", "100 %", "100 %", "0 %", "100 %"] in rows(lines, "**primfit**")
+    assert ["**primfit**", "1.0e-03", "1.0e-03", "wrong", "1.0e-03"] in rows(lines, "**primfit**")
     assert [line for line in lines if line.startswith("![")] == [
         "![How the errors are spread, on the benchmark and on scans](images/benchmark-errors.png)"
     ]

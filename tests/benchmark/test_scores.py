@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmark.scores import ANSWERS, confusion, is_close, macro, rates, share, spread
+from benchmark.scores import ANSWERS, confusion, is_close, is_exact, macro, rates, share, spread
 from fitting.primitives import KINDS
 from tests.benchmark.made import record
 
@@ -58,6 +58,9 @@ def test_close_is_right_and_near():
     assert not is_close(record("plane", "sphere", surface=0.0))
     assert not is_close(record("plane", "plane", errors={"surface": None}))
     assert is_close(record("foreign", "no_fit"))
+    assert is_exact(record("plane", "plane", surface=1e-9))
+    assert not is_exact(record("plane", "plane", surface=1.1e-9))
+    assert not is_exact(record("plane", "sphere", surface=0.0))
     assert share([record("plane", "plane"), record("plane", "cone")], is_close) == 0.5
     assert np.isnan(share([], is_close))
 
