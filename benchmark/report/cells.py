@@ -23,8 +23,9 @@ def median(records: Sequence[Record], error: str) -> float:
 
 
 def five(values: Sequence[float]) -> list[str]:
-    five = spread(values)
-    return [scientific(value) for value in (five.q1, five.q2, five.q3, five.mean, five.std)]
+    """Quartiles, mean and standard deviation."""
+    found = spread(values)
+    return [scientific(value) for value in (found.q1, found.q2, found.q3, found.mean, found.std)]
 
 
 def measured(records: Sequence[Record], error: str) -> list[Record]:

@@ -52,9 +52,9 @@ def per_class(data: Data, set_: str) -> Iterator[str]:
     yield "Rates by class:"
     yield ""
     rows = []
-    measured = {method: rates(confusion(data.of_set(set_, method))) for method in data.deciders()}
+    ours = {method: rates(confusion(data.of_set(set_, method))) for method in data.deciders()}
     for rate, published in paper.CLASSIFICATION.items():
-        for method, found in measured.items():
+        for method, found in ours.items():
             ordered = [float(found[rate][KINDS.index(kind)]) for kind in paper.KINDS]
             rows.append([rate, name_of(method), *map(_rate, (*ordered, macro(found[rate])))])
         if set_ in SAMPLED:

@@ -99,14 +99,21 @@ def behind(data: Data) -> Iterator[str]:
             "share right and within 1 %, the median surface error, the median time in ms."
         )
         yield ""
-        rows = [[method, *_ahead(data, method)] for method in others]
+        given = {method: "" if data.decides(method) else " (kind given)" for method in others}
+        rows = [[method + given[method], *_ahead(data, method)] for method in others]
         yield from table(["method", "more often right", "more exact", "faster"], rows, left=4)
         yield ""
-    weak = sorted(_weak_groups(data), key=lambda row: row[0])[:MOST_WEAK]
+    weak = sorted(_weak_groups(data), key=lambda row: row[0])
+    if not weak:
+        yield f"primfit is right on {percent(WEAK, 0)} of the clouds of every group, or more."
+        return
     yield f"Where primfit is right on less than {percent(WEAK, 0)} of the clouds, the weakest first:"
     yield ""
     header = ["set", "group", "right", "another kind", *REJECTIONS[:2], "clouds"]
-    yield from table(header, [row for _, row in weak], left=2)
+    yield from table(header, [row for _, row in weak[:MOST_WEAK]], left=2)
+    if len(weak) > MOST_WEAK:
+        yield ""
+        yield f"And {len(weak) - MOST_WEAK} more groups, which the tables below show."
 
 
 def _ahead(data: Data, method: str) -> list[str]:
@@ -300,4 +307,5 @@ MEASURES = f"""## The measures
   bounding box; largest such distance, in the unit of the clouds. Exact, or to the closest of {GRID} x {GRID}
   samples of the surface as in the paper.
 - **PPV, NPV, TPR, TNR, ACC**: of each class against the rest; a rejection predicts no class. Macro: the mean
-  over the classes. - Quartiles are values that occur; every error of a wrong answer counts as infinite."""
+  over the classes.
+- Quartiles are values that occur; every error of a wrong answer counts as infinite."""

@@ -75,9 +75,9 @@ def test_where_primfit_is_not_ahead_is_said_on_common_clouds(data):
     lines = list(behind(data))
     assert rows(lines, "cgal") == [["cgal", "–", "–", "–"]]
     # open3d saw the planes alone, of which primfit has one in two.
-    assert rows(lines, "open3d") == [
+    assert rows(lines, "open3d (kind given)") == [
         [
-            "open3d",
+            "open3d (kind given)",
             "shrec 100 % / 50.0 %<br>scanner 100 % / 50.0 %",
             "shrec 1.0e-04 / 1.0e-03<br>scanner 1.0e-04 / 1.0e-03",
             "shrec 2 / 40<br>scanner 2 / 40",
