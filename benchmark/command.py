@@ -77,7 +77,7 @@ def plan(options: argparse.Namespace) -> list[Work]:
             works.append(Work(name, options.seed, cases, partial(_draw, chosen, options.seed)))
     if options.shrec22:
         folder = TrackFolder(options.shrec22)
-        works.append(Work(TRACK, 0, folder.names[: options.n], folder.case))
+        works.append(Work(TRACK, folder.fingerprint, folder.names[: options.n], folder.case))
     return works
 
 

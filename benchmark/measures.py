@@ -90,6 +90,8 @@ def sampled_distances(primitive: Primitive, points: Array) -> Array:
     points reach in the parameters that are lengths. They overestimate by up to half a cell's diagonal.
     """
     samples = primitive.surface(*np.meshgrid(*_spans(primitive, points))).reshape(-1, 3)
+    if not np.isfinite(samples).all():
+        return np.full(len(points), np.inf)
     return np.asarray(cKDTree(samples).query(points)[0])
 
 

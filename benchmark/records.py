@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmark.cases import Case, Level
-from benchmark.measures import fitting_errors, is_right, sampled_errors, truth_errors
+from benchmark.measures import diagonal, fitting_errors, is_right, sampled_errors, truth_errors
 from benchmark.track import TRACK
 from fitting.primitives import PRIMITIVES, Primitive, parameters
 
@@ -136,7 +136,7 @@ class Scored:
             truth=parameters(case.truth) if case.truth else None,
             groups=dict(case.groups),
             points=len(case.points),
-            extent=float(np.linalg.norm(np.ptp(case.surface_points, axis=0))),
+            extent=diagonal(case.surface_points),
             cloud=hashlib.sha256(np.ascontiguousarray(case.points).tobytes()).hexdigest()[:16],
             status=outcome.status,
             right=is_right(outcome.status, found, case.truth),

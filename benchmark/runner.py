@@ -131,7 +131,10 @@ class Child:
 
 @dataclass(frozen=True)
 class Work:
-    """The cases of one set: their names, in order, and how each is drawn or read."""
+    """The cases of one set: their names, in order, and how each is drawn or read.
+
+    `seed` tells them from other cases of the same names; that of a folder is a number made of its truths.
+    """
 
     set: str
     seed: int
@@ -190,10 +193,21 @@ def run(
 ) -> Iterator[tuple[Work, list[Record]]]:
     """Ask every method about every case that has no record yet; yields the new records of each case."""
     known = {record.key for record in done}
+    kinds = {record.key[:3]: record.kind for record in done}
     for work in works:
         for name in work.names:
-            missing = [m for m in methods if (work.set, work.seed, name, m) not in known]
+            case = (work.set, work.seed, name)
+            missing = [
+                method
+                for method, about in methods.items()
+                if (*case, method) not in known and (case not in kinds or asked_about(about, kinds[case]))
+            ]
             yield work, list(_run_case(child, file, work, name, missing, methods, timeout)) if missing else []
+
+
+def asked_about(method: dict[str, Any], kind: str) -> bool:
+    """Whether a method is asked about clouds of this kind: it finds the kind, or can be given this one."""
+    return bool(method["decides_kind"]) or kind in method["kinds"]
 
 
 def _run_case(
@@ -207,10 +221,10 @@ def _run_case(
 ) -> Iterator[Record]:
     scored = Scored(work.set, work.seed, work.draw(name))
     for method in missing:
-        decides = methods[method]["decides_kind"]
-        if not decides and scored.case.kind not in methods[method]["kinds"]:
+        if not asked_about(methods[method], scored.case.kind):
             continue
-        outcome = child.fit(method, scored.case, None if decides else scored.case.kind, timeout)
+        kind = None if methods[method]["decides_kind"] else scored.case.kind
+        outcome = child.fit(method, scored.case, kind, timeout)
         record = scored.record(method, outcome, methods[method]["versions"])
         file.append(record)
         yield record

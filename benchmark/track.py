@@ -7,6 +7,7 @@ number a line. `perturbation.csv`, where it is there, has a line `i` and the tra
 
 import csv
 import re
+import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import numpy as np
 
 from benchmark.cases import CASE_SETS, Case, Description, track_groups
 from fitting.primitives import Primitive
-from fitting.primitives.shrec22 import from_vector
+from fitting.primitives.shrec22 import from_vector, to_vector
 from synthetic.perturb import TYPES, Perturbation
 
 TRACK = "shrec22"
@@ -54,6 +55,12 @@ class TrackFolder:
                 "them"
             )
         self.perturbations = _perturbations(folder)
+
+    @property
+    def fingerprint(self) -> int:
+        """Another number for a folder with other truths."""
+        truths = [(name, to_vector(self.truths[name])) for name in self.names]
+        return zlib.crc32(repr(truths).encode())
 
     def case(self, name: str) -> Case:
         """Raises `TrackError` for a file that holds no points."""

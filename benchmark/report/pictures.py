@@ -1,6 +1,6 @@
 """The pictures of the report; matplotlib is imported by this file alone, when one is drawn."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -214,13 +214,15 @@ def perturbations(data: Data) -> Any:
     sets = [name for name in (TRACK, "shrec") if name in data.sets]
     if not sets:
         return None
-    methods = data.methods
-    figure = _figure(8.4, (0.36 * len(methods) + 1.0) * len(sets) + 0.3)
+    counts = [len(_with_records(data, set_)) for set_ in sets]
+    figure = _figure(8.4, 0.36 * sum(counts) + len(sets) + 0.3)
+    grid = figure.add_gridspec(len(sets), 1, height_ratios=[0.36 * number + 0.3 for number in counts])
     for place, set_ in enumerate(sets):
+        methods = _with_records(data, set_)
         levels = [level for level in data.levels(set_, "perturbation")]
         at = grouped(data.of_set(set_), lambda record: (record.method, record.groups["perturbation"]))
         cells = [[100 * share(at.get((m, level), []), is_close) for level in levels] for m in methods]
-        axes = figure.add_subplot(len(sets), 1, place + 1)
+        axes = figure.add_subplot(grid[place])
         texts = [["" if np.isnan(value) else f"{value:.0f}" for value in row] for row in cells]
         names = [m if data.decides(m) else f"{m} (kind given)" for m in methods]
         _heatmap(axes, np.array(cells), texts, names, [str(level) for level in levels])
@@ -328,7 +330,7 @@ def _legend(figure: Any) -> None:
     figure.legend(handles, names, loc="outside right upper", frameon=False, fontsize=8.5)
 
 
-def _with_records(data: Data, set_: str) -> Iterable[str]:
+def _with_records(data: Data, set_: str) -> list[str]:
     return [method for method in data.methods if data.of_set(set_, method)]
 
 

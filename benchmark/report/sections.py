@@ -55,7 +55,8 @@ def at_a_glance(data: Data, drawn: Collection[str]) -> Iterator[str]:
         header += [f"{name}: kind right", "within 1 %", "error", "ms"]
     yield "## At a glance"
     yield ""
-    yield from table(header, [_glance(data, method, list(shown)) for method in data.methods], left=2)
+    seen = [method for method in data.methods if any(data.of_set(set_, method) for set_ in shown)]
+    yield from table(header, [_glance(data, method, list(shown)) for method in seen], left=2)
     yield ""
     yield (
         "*within 1 %*: the kind is right, and the found surface within 1 % of the cloud's extent of the true "

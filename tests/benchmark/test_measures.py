@@ -88,6 +88,11 @@ def test_the_sampled_surface_is_the_surface_but_for_gaps(primitive):
     assert excess.min() > -1e-12 and excess.max() < 0.05
 
 
+def test_samples_beyond_all_bounds_are_infinitely_far():
+    with np.errstate(all="ignore"):
+        assert np.isinf(sampled_distances(Torus(ORIGIN, Z, 1e308, 1e308), SQUARE)).all()
+
+
 def test_sampled_errors_of_large_clouds_look_at_a_part():
     points = np.random.default_rng(0).standard_normal((MOST_SAMPLED + 1, 3))
     whole, part = (sampled_errors(Sphere(ORIGIN, 1.0), cloud) for cloud in (points, points[::2]))

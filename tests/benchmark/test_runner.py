@@ -101,6 +101,9 @@ def test_methods_take_turns_and_a_run_goes_on(child, tmp_path):
     rest = list(run(child, file, works, methods, done, PATIENT))
     assert [[record.key for record in records] for _, records in rest] == [[], [("fakes", 7, "1", "right")]]
     assert drawn == ["0", "1"]
+    done, _ = begin(file, works, methods, restart=False)
+    assert [records for _, records in run(child, file, works, methods, done, PATIENT)] == [[], []]
+    assert drawn == ["0", "1"]  # not again for a method that is not asked about planes
     assert [record.key[2:] for record in file.read()] == [("0", "right"), ("0", "given"), ("1", "right")]
     assert file.methods()["given"]["kinds"] == ["sphere"]
 

@@ -31,6 +31,10 @@ def test_one_file_of_truths(tmp_path):
     assert isinstance(cases[1].truth, Plane)
     assert [case.groups["perturbation"] for case in cases] == ["A0", "A6"]
     assert cases[0].groups["points"] == "up to 500"
+    number = TrackFolder(tmp_path).fingerprint
+    assert number == TrackFolder(tmp_path).fingerprint
+    write(tmp_path, ground_truth_csv="10,1,0,0,1,4,5,6\n9,3,2.25,1,2,3\n")
+    assert number != TrackFolder(tmp_path).fingerprint
     assert np.array_equal(cases[1].points, [[1, 2, 3], [4.5, 5, 6], [7, 8, 0.9]])
 
 
