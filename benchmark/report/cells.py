@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from benchmark.cases import Level
 from benchmark.records import Record
 from benchmark.report.data import OURS
-from benchmark.report.markdown import count, percent, scientific
+from benchmark.report.markdown import NOTHING, count, percent, scientific
 from benchmark.scores import REJECTIONS, answered, confusion, macro, rates, share, spread
 from fitting.primitives import KINDS
 
@@ -45,4 +47,9 @@ def outcomes_of(records: Sequence[Record], failed: bool = False) -> list[str]:
 
 
 def macro_rates(records: Sequence[Record]) -> list[str]:
-    return [f"{macro(values):.4f}" for values in rates(confusion(records)).values()]
+    """PPV, NPV, TPR, TNR, accuracy."""
+    return [rate_text(macro(values)) for values in rates(confusion(records)).values()]
+
+
+def rate_text(value: float) -> str:
+    return NOTHING if np.isnan(value) else f"{value:.4f}"

@@ -67,6 +67,9 @@ class Data:
     def of_set(self, set_: str, method: str | None = None) -> list[Record]:
         return [r for r in self.records if r.set == set_ and method in (None, r.method)]
 
+    def at_level(self, set_: str, group: str, level: Level) -> list[Record]:
+        return [record for record in self.of_set(set_) if record.groups.get(group) == level]
+
     def of_method(self, method: str) -> list[Record]:
         return [record for record in self.records if record.method == method]
 

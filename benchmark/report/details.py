@@ -2,11 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from benchmark.records import SAMPLED, Record
 from benchmark.report import paper
-from benchmark.report.cells import five, level_name, macro_rates, measured, median, name_of, outcomes_of
+from benchmark.report.cells import five, level_name, macro_rates, measured, name_of, outcomes_of, rate_text
 from benchmark.report.data import Data, described
 from benchmark.report.markdown import NOTHING, commands, count, milliseconds, percent, scientific, table
 from benchmark.scores import (
@@ -44,7 +42,7 @@ def details(data: Data) -> Iterator[str]:
             yield from confusions(data, set_)
         for group in data.groups(set_):
             yield ""
-            yield from detailed(data, set_, group)
+            yield from by_group(data, set_, group)
 
 
 def per_class(data: Data, set_: str) -> Iterator[str]:
@@ -56,16 +54,12 @@ def per_class(data: Data, set_: str) -> Iterator[str]:
     for rate, published in paper.CLASSIFICATION.items():
         for method, found in ours.items():
             ordered = [float(found[rate][KINDS.index(kind)]) for kind in paper.KINDS]
-            rows.append([rate, name_of(method), *map(_rate, (*ordered, macro(found[rate])))])
+            rows.append([rate, name_of(method), *map(rate_text, (*ordered, macro(found[rate])))])
         if set_ in SAMPLED:
             rows += [
-                [rate, f"{method} (paper)", *map(_rate, numbers)] for method, numbers in published.items()
+                [rate, f"{method} (paper)", *map(rate_text, numbers)] for method, numbers in published.items()
             ]
     yield from table(["rate", "method", *paper.KINDS, "macro"], rows, left=2)
-
-
-def _rate(value: float) -> str:
-    return NOTHING if np.isnan(value) else f"{value:.4f}"
 
 
 def confusions(data: Data, set_: str) -> Iterator[str]:
@@ -78,35 +72,63 @@ def confusions(data: Data, set_: str) -> Iterator[str]:
     yield from table(["method", "truth", *ANSWERS], rows, left=2)
 
 
-def detailed(data: Data, set_: str, group: str) -> Iterator[str]:
-    """A row for each level and method with every measure."""
-    yield f"By {group}:"
+FIVE = ("Q1", "Q2", "Q3", "mean", "std")
+ERRORS = {
+    "l2": "L2",
+    "surface": "surface",
+    "relative_position": "position",
+    "mfe": "MFE",
+    "hausdorff": "Hausdorff",
+}
+OF_THE_TRUTH = ("mfe", "hausdorff")
+"""The measures of the tables of errors, and those which the truth has, too."""
+
+
+def by_group(data: Data, set_: str, group: str) -> Iterator[str]:
+    """Two tables with a row for each level and method: outcomes with rates and times, and errors."""
+    rows = [
+        (level, method, records)
+        for level in data.levels(set_, group)
+        for method, records in data.by_method(data.at_level(set_, group, level)).items()
+    ]
+    names = [[level_name(level), name_of(method)] for level, method, _ in rows]
+    yield f"Outcomes by {group}:"
     yield ""
     header = [group, "method", "clouds", "kind right", "another kind", *REJECTIONS, "within 1 %"]
-    header += [f"macro {rate}" for rate in paper.CLASSIFICATION]
-    header += [f"L2 {name}" for name in ("Q1", "Q2", "Q3", "mean", "std")]
-    header += ["surface Q1", "surface Q2", "surface Q3", "position Q2"]
-    header += ["MFE Q2", "of the truth", "Hausdorff Q2", "of the truth", "ms Q1", "ms Q2", "ms Q3"]
-    rows = []
-    for level in data.levels(set_, group):
-        at = [record for record in data.of_set(set_) if record.groups.get(group) == level]
-        for method, records in data.by_method(at).items():
-            rows.append([level_name(level), name_of(method), *_detailed(records, data.decides(method))])
-    yield from table(header, rows, left=2)
+    header += [f"macro {rate}" for rate in paper.CLASSIFICATION] + [f"ms {name}" for name in FIVE]
+    cells = [_outcomes(records, data.decides(method)) for _, method, records in rows]
+    yield from table(header, [name + cell for name, cell in zip(names, cells, strict=True)], left=2)
+    if set_ == "foreign":
+        return
+    yield ""
+    yield f"Errors by {group}; the truth's own beside:"
+    yield ""
+    header = [group, "method"]
+    for error, title in ERRORS.items():
+        header += [f"{title} {name}" for name in FIVE] + (
+            ["truth Q2"] if error in ("mfe", "hausdorff") else []
+        )
+    yield from table(header, [name + _errors(row[2]) for name, row in zip(names, rows, strict=True)], left=2)
 
 
-def _detailed(records: Sequence[Record], decides: bool) -> list[str]:
+def _outcomes(records: Sequence[Record], decides: bool) -> list[str]:
     right, *wrong = outcomes_of(records, failed=True)
-    surface = spread([record.error("surface") for record in measured(records, "surface")])
     times = spread([record.seconds for record in records if record.seconds is not None])
-    cells = [f"{len(records):,}", right if decides else "given", *wrong, percent(share(records, is_close))]
-    cells += macro_rates(records) if decides else [NOTHING] * len(paper.CLASSIFICATION)
-    cells += five([record.error("l2") for record in measured(records, "l2")])
-    cells += map(
-        scientific,
-        (surface.q1, surface.q2, surface.q3, median(measured(records, "position"), "relative_position")),
-    )
-    for error in ("mfe", "hausdorff"):
-        own = [value for record in records if (value := record.truth_errors.get(error)) is not None]
-        cells += map(scientific, (median(measured(records, error), error), spread(own).q2))
-    return [*cells, *map(milliseconds, (times.q1, times.q2, times.q3))]
+    return [
+        f"{len(records):,}",
+        right if decides else "given",
+        *wrong,
+        percent(share(records, is_close)),
+        *(macro_rates(records) if decides else [NOTHING] * len(paper.CLASSIFICATION)),
+        *map(milliseconds, (times.q1, times.q2, times.q3, times.mean, times.std)),
+    ]
+
+
+def _errors(records: Sequence[Record]) -> list[str]:
+    cells = []
+    for error in ERRORS:
+        cells += five([record.error(error) for record in measured(records, error)])
+        if error in OF_THE_TRUTH:
+            own = [value for record in records if (value := record.truth_errors.get(error)) is not None]
+            cells.append(scientific(spread(own).q2))
+    return cells

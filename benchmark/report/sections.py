@@ -140,7 +140,7 @@ def _weak_groups(data: Data) -> Iterator[tuple[float, list[str]]]:
     for set_ in data.sets:
         for group in data.groups(set_):
             for level in data.levels(set_, group):
-                records = [r for r in data.of_set(set_, OURS) if r.groups.get(group) == level]
+                records = [r for r in data.at_level(set_, group, level) if r.method == OURS]
                 right = share(records, lambda record: record.right)
                 if right < WEAK:
                     yield (

@@ -128,7 +128,12 @@ def test_the_papers_tables_are_whole():
 
 def test_details_hold_every_level_and_class(data):
     lines = list(details(data))
-    assert len(rows(lines, "A3")) == 2  # open3d was not asked
+    outcomes, errors = rows(lines, "A2"), rows(lines, "A2")[3:]
+    assert [cells[1] for cells in outcomes] == ["**primfit**", "cgal", "open3d"] * 2
+    # No position is known here; the truth's own errors stand beside MFE and Hausdorff distance.
+    assert errors[2][2:12] == ["1.0e-04", "1.0e-04", "1.0e-04", "1.0e-04", "0.0e+00"] * 2
+    assert errors[2][17:23] == ["1.0e-04", "1.0e-04", "1.0e-04", "1.0e-04", "0.0e+00", "2.5e-01"]
+    assert [cells[1] for cells in rows(lines, "A3")] == ["**primfit**", "cgal"] * 2
     assert ["PPV", "**primfit**", "1.0000", "–", "1.0000", "–", "–", "1.0000"] in rows(lines, "PPV")
     assert ["cgal", "sphere", "", "", "", "", "1", "", "", "1"] in rows(lines, "cgal")
 
