@@ -108,5 +108,6 @@ $(VENV)/.bench: pyproject.toml | $(VENV)/.python
 
 $(VENV_PEERS)/.peers: pyproject.toml benchmark/peers.txt | $(VENV_PEERS)/.python
 	@echo 'installing primfit and the libraries of benchmark/peers.txt into $(VENV_PEERS) (a few minutes, once)'
-	@$(VENV_PEERS)/bin/python $(PIP_INSTALL) --editable . --requirement benchmark/peers.txt
+	@$(VENV_PEERS)/bin/python $(PIP_INSTALL) --editable .
+	@$(VENV_PEERS)/bin/python $(PIP_INSTALL) --no-deps --requirement benchmark/peers.txt
 	@touch $@
