@@ -7,6 +7,7 @@ from rich.table import Table
 
 from benchmark.records import Record
 from benchmark.scores import answered, grouped, seconds, share, spread
+from fitting.primitives import KINDS
 
 CAPTION = (
     "other: another kind; amb., none: ambiguous, no_fit. Errors and times are medians, a wrong answer is "
@@ -33,12 +34,13 @@ def _cells(records: Sequence[Record]) -> list[str]:
     rejections = [wrong.count(name) for name in ("ambiguous", "no_fit", "failed")]
     medians = [spread([record.error(name) for record in records]).q2 for name in ("l2", "surface")]
     told = [record for record in records if record.attempts]
+    ranked = [record for record in told if record.kind in KINDS]
     return [
         f"{sum(record.right for record in records)}/{len(records)}",
         *(str(number or "") for number in (len(wrong) - sum(rejections), *rejections)),
         *(f"{value:.1e}" if np.isfinite(value) else "" for value in medians),
         f"{np.mean([len(record.attempts) for record in told]):.2f}" if told else "",
-        f"{100 * share(told, lambda record: record.attempts[0] == record.kind):.0f} %" if told else "",
+        f"{100 * share(ranked, lambda record: record.attempts[0] == record.kind):.0f} %" if ranked else "",
         f"{1e3 * spread(seconds(records)).q2:.1f}",
     ]
 
