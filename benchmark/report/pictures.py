@@ -1,6 +1,6 @@
 """The pictures of the report; matplotlib is imported by this file alone, when one is drawn."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -60,6 +60,9 @@ def draw(data: Data, folder: Path) -> set[str]:
     return set(drawn)
 
 
+MARKS = "filled: finds the kind    hollow: is given it    (3/5): knows three of five kinds, is asked for those"
+
+
 def overview(data: Data) -> Any:
     """Share right against time, on the benchmark and on scans."""
     sets = [name for name in ("shrec", "scanner") if name in data.sets]
@@ -81,30 +84,46 @@ def overview(data: Data) -> Any:
         if place == 0:
             axes.set_ylabel("kind right and surface within 1 % [% of the clouds]")
     if not all(map(data.decides, data.methods)):
-        figure.supxlabel(
-            "filled: finds the kind itself    hollow: is given the true kind", fontsize=8.5, color=INK
-        )
+        figure.supxlabel(MARKS, fontsize=8.5, color=INK)
     figure.draw_without_rendering()
     for axes in figure.axes:
-        _name_marks(axes)
+        _name_marks(axes, {method: _known(data, method) for method in data.methods})
     return figure
 
 
-LABEL_PLACES = ((0, 9, "center"), (0, -16, "center"), (9, -3, "left"), (-9, -3, "right"))
+LABEL_PLACES = (
+    (0, 9, "center"),
+    (0, -16, "center"),
+    (9, -3, "left"),
+    (-9, -3, "right"),
+    (9, 9, "left"),
+    (-9, 9, "right"),
+    (9, -16, "left"),
+    (-9, -16, "right"),
+    (0, -27, "center"),
+    (9, -27, "left"),
+    (-9, -27, "right"),
+)
 """Where a name may stand from its mark: points to the right and up, and its alignment, the best first."""
 MARK = 9
 """Half the side of the square that a mark takes, in pixels."""
 
 
-def _name_marks(axes: Any) -> None:
+def _known(data: Data, method: str) -> str:
+    """The name, with how many kinds the method knows, if not all."""
+    number = len(data.about[method]["kinds"])
+    return method if number == len(KINDS) else f"{method} ({number}/{len(KINDS)})"
+
+
+def _name_marks(axes: Any, names: Mapping[str, str]) -> None:
     """The names of the marks, each where it covers no mark and no other name, if there is such a place."""
     from matplotlib.transforms import Bbox
 
     marks = {mark.get_label(): mark.get_offsets()[0] for mark in axes.collections}
     pixels = axes.transData.transform(list(marks.values()))
     taken = [Bbox([at - MARK, at + MARK]) for at in pixels]
-    for name, at in marks.items():
-        texts = [_name_mark(axes, name, at, *place) for place in LABEL_PLACES]
+    for method, at in marks.items():
+        texts = [_name_mark(axes, method, names[method], at, *place) for place in LABEL_PLACES]
         boxes = [text.get_window_extent() for text in texts]
         free = (k for k, box in enumerate(boxes) if box.count_overlaps(taken) == 0 and axes.bbox.y1 > box.y1)
         chosen = next(free, 0)
@@ -114,7 +133,7 @@ def _name_marks(axes: Any) -> None:
                 text.remove()
 
 
-def _name_mark(axes: Any, name: str, at: Any, right: int, up: int, alignment: str) -> Any:
+def _name_mark(axes: Any, method: str, name: str, at: Any, right: int, up: int, alignment: str) -> Any:
     return axes.annotate(
         name,
         at,
@@ -122,8 +141,8 @@ def _name_mark(axes: Any, name: str, at: Any, right: int, up: int, alignment: st
         textcoords="offset points",
         ha=alignment,
         fontsize=8.5,
-        color=COLORS[name],
-        weight="bold" if name == OURS else "normal",
+        color=COLORS[method],
+        weight="bold" if method == OURS else "normal",
     )
 
 
