@@ -60,7 +60,7 @@ def draw(data: Data, folder: Path) -> set[str]:
     return set(drawn)
 
 
-MARKS = "filled: finds the kind    hollow: is given it    (3/5): knows three of five kinds, is asked for those"
+MARKS = "filled: finds the kind    hollow: is given it    (3/5): knows three of five kinds, asked for those"
 
 
 def overview(data: Data) -> Any:
