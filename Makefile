@@ -3,11 +3,15 @@
 # make image  build the container image                  make lint        ruff, mypy, import rules
 # make weights  train both classifiers again             make clean       remove what these verbs made
 # make example  refresh the answer that the API shows
+# make bench  measure primfit on small sets, a few minutes; the report: build/bench/report/benchmark.md
+# make bench-peers  install what the benchmark compares with    make bench-full  measure all of them, a few hours
 
 PYTHON ?= python3
 PORT   ?= 8000
 VENV   ?= .venv
 VENV_TORCH ?= .venv-torch
+# benchmark/runner.py finds the peers here.
+VENV_PEERS  = .venv-peers
 # Processes that draw the clouds of `make weights`.
 PROCESSES ?= 2
 # Pinned: this release has a CPU build for Python 3.11. pyproject.toml gives the range.
@@ -26,7 +30,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-torch lint weights example image clean
+.PHONY: run setup test test-torch lint weights example bench bench-peers bench-full image clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -57,11 +61,22 @@ weights: $(VENV)/.serving $(VENV_TORCH)/.torch
 example: $(VENV)/.serving
 	$(VENV)/bin/primfit fit --json app/examples/request.json > app/examples/answer.json
 
+# Both go on where they were cut off; `primfit bench --help` has more.
+bench: $(VENV)/.bench
+	$(VENV)/bin/primfit bench run
+	$(VENV)/bin/primfit bench report
+
+bench-peers: $(VENV_PEERS)/.peers
+
+bench-full: $(VENV)/.bench $(VENV_PEERS)/.peers
+	$(VENV)/bin/primfit bench run --full --peers --out build/bench-full
+	$(VENV)/bin/primfit bench report --records build/bench-full --out docs
+
 image:
 	$(ENGINE) build --build-arg BASE_IMAGE=$(BASE_IMAGE) $(IMAGE_FLAGS) --tag primfit:$(VERSION) .
 
 clean:
-	rm -rf $(VENV) $(VENV_TORCH) build dist primfit.egg-info fitting/_descent.c fitting/_descent.*.so
+	rm -rf $(VENV) $(VENV_TORCH) $(VENV_PEERS) build dist primfit.egg-info fitting/_descent.c fitting/_descent.*.so
 
 # A virtual environment and, in it, one stamp for each thing installed; all are redone when pyproject.toml or
 # what is compiled changes.
@@ -88,4 +103,15 @@ $(VENV)/.dev: $(BUILT) | $(VENV)/.python
 $(VENV_TORCH)/.torch: $(BUILT) | $(VENV_TORCH)/.python
 	@echo 'installing primfit and torch into $(VENV_TORCH) (a few minutes, once)'
 	@$(VENV_TORCH)/bin/python $(PIP_INSTALL) --editable '.[dev,train]' '$(TORCH)'
+	@touch $@
+
+$(VENV)/.bench: pyproject.toml | $(VENV)/.python
+	@echo 'installing primfit and matplotlib into $(VENV) (about a minute, once)'
+	@$(VENV)/bin/python $(PIP_INSTALL) --editable '.[bench]'
+	@touch $(VENV)/.serving $@
+
+$(VENV_PEERS)/.peers: pyproject.toml benchmark/peers.txt | $(VENV_PEERS)/.python
+	@echo 'installing primfit and the libraries of benchmark/peers.txt into $(VENV_PEERS) (a few minutes, once)'
+	@$(VENV_PEERS)/bin/python $(PIP_INSTALL) --editable .
+	@$(VENV_PEERS)/bin/python $(PIP_INSTALL) --no-deps --requirement benchmark/peers.txt
 	@touch $@

@@ -215,12 +215,25 @@ def synth(
         raise typer.Exit(BAD_INPUT) from None
 
 
-def _installed(command: str) -> Callable[..., str]:
+@app.command(
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True}, add_help_option=False
+)
+def bench(context: typer.Context) -> None:
+    """Measure primfit and what others make on the same clouds, and write the report."""
+    try:
+        command = _installed("bench")
+    except ImportError as error:
+        _complain("bench", str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    raise typer.Exit(command(context.args))
+
+
+def _installed(command: str) -> Callable[..., Any]:
     """The function of a command in a part that `app` does not import, found by its entry point."""
     from importlib.metadata import entry_points
 
     for entry in entry_points(group="primfit.commands", name=command):
-        function: Callable[..., str] = entry.load()
+        function: Callable[..., Any] = entry.load()
         return function
     raise ImportError("this installation is older than the command: pip install --editable . again")
 

@@ -1,1 +1,1 @@
-"""How right, how exact and how fast: case sets, measures, and the command that prints them."""
+"""How right, how exact and how fast: case sets, methods, measures, raw records, and the report of them."""

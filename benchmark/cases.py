@@ -1,38 +1,342 @@
-"""Labelled clouds to measure on: the generator's, and any folder in the layout of the SHREC 2022 track."""
+"""Labelled clouds to measure on: the sets by name, and any folder in the layout of the SHREC 2022 track.
 
-import csv
-from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
+Cloud `i` of a set depends on the seed and `i` only, and levels and kinds take turns, so that the first n
+clouds of a set are as balanced as all of them. Sets of levels show each piece at every level: only the level
+changes.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from fitting.geometry import Array
-from fitting.primitives import Primitive
-from fitting.primitives.shrec22 import from_vector
-from synthetic.shrec import batch
+from fitting.primitives import KINDS, Primitive
+from synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
+from synthetic.noise import rounded
+from synthetic.perturb import random_subset, uniform_noise
+from synthetic.recipes import PERTURBATIONS, SHAPES, Range
+
+Level = str | float
+L = TypeVar("L")
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One cloud with its truth; `group` is the perturbation, or empty where it is not known."""
+    """One cloud with its truth.
+
+    Attributes
+    ----------
+    name : within its set
+    points : (N, 3)
+    truth : None for a foreign shape, of which no answer is right
+    groups : what results are grouped by besides the kind
+    outliers : mask (N,) of points that do not belong to the surface, None where they are not known
+    """
 
     name: str
     points: Array
-    truth: Primitive
-    group: str = ""
+    truth: Primitive | None
+    groups: Mapping[str, Level]
+    outliers: np.ndarray | None = None
+
+    @property
+    def kind(self) -> str:
+        return self.truth.kind if self.truth else "foreign"
+
+    @property
+    def surface_points(self) -> Array:
+        """The points that belong to the surface."""
+        return self.points if self.outliers is None else self.points[~self.outliers]
 
 
-def synthetic_cases(seed: int, n: int) -> Iterator[Case]:
-    """`n` benchmark-like clouds from a seed."""
-    for index, cloud in enumerate(batch(seed, n)):
-        if cloud.primitive is not None:  # foreign shapes have none
-            yield Case(f"{seed}-{index}", cloud.points, cloud.primitive, cloud.perturbation)
+@dataclass(frozen=True)
+class Description:
+    """What the report says of a set; `groups` holds their levels in the order in which they are shown."""
+
+    title: str
+    about: str
+    groups: Mapping[str, tuple[Level, ...]]
 
 
-def shrec22_cases(folder: Path) -> Iterator[Case]:
-    """The clouds `clouds/pointCloud{i}.txt` of a folder with their truth in `ground_truth.csv`."""
-    with (folder / "ground_truth.csv").open(newline="") as file:
-        for number, label, *parameters in csv.reader(file):
-            points = np.loadtxt(folder / "clouds" / f"pointCloud{number}.txt", delimiter=",")
-            yield Case(number, points, from_vector(int(label), list(map(float, parameters))))
+@dataclass(frozen=True)
+class CaseSet:
+    """A family of cases: case `i` of a seed is draw(seed, i); small and full runs take so many."""
+
+    description: Description
+    small: int
+    full: int
+    draw: Callable[[int, int], Case]
+
+
+# -- the benchmark ------------------------------------------------------------------------------------------
+
+TEST_SET = (*PERTURBATIONS[:9] * 4, PERTURBATIONS[9])
+"""Perturbations in the proportions of the track's test set: 100 clouds of A0 to A8 each, 25 of A9."""
+
+
+Buckets = tuple[tuple[float, str], ...]
+"""Upper bounds and names."""
+
+TRACK_POINTS: Buckets = ((500, "up to 500"), (2000, "500 to 2,000"), (np.inf, "over 2,000"))
+
+
+def bucket(bounds: Buckets, value: float) -> str:
+    return next(name for bound, name in bounds if value <= bound)
+
+
+def shrec(seed: int, index: int) -> Case:
+    kind, _, perturbation = turn(index, KINDS, TEST_SET)
+    drawn = cloud(BenchmarkRecipe(seed, (kind,), (perturbation,)), index)
+    return case(index, drawn, track_groups(perturbation, len(drawn.points)))
+
+
+def track_groups(perturbation: str, points: int) -> dict[str, Level]:
+    return {"perturbation": perturbation, "points": bucket(TRACK_POINTS, points)}
+
+
+EXACT = (2, 5, 10, 20, 30, 50, 75, 100)
+EXACT_NOISE = 10
+"""The n of the noise U(-1/n, 1/n) of the points that are not exact."""
+
+
+def exact_share(seed: int, index: int) -> Case:
+    kind, piece, level = turn(index, KINDS, EXACT)
+    drawn = cloud(BenchmarkRecipe(seed, (kind,), ("A0",)), piece)
+    rng = np.random.default_rng([seed, piece, 3])
+    points = drawn.points.copy()
+    moved = random_subset(rng, len(points), len(points) - round(level / 100 * len(points)))
+    points[moved] += uniform_noise(rng, int(np.count_nonzero(moved)), EXACT_NOISE)
+    return case(index, replace(drawn, points=points), {"exact [%]": level})
+
+
+# -- scans --------------------------------------------------------------------------------------------------
+
+SCAN_BUCKETS: dict[str, Buckets] = {
+    "points": ((100, "20 to 100"), (1000, "100 to 1,000"), (np.inf, "1,000 to 20,000")),
+    "noise": ((0.0, "none"), (1e-3, "up to 0.1 %"), (5e-3, "0.1 to 0.5 %"), (np.inf, "0.5 to 2 %")),
+    "outliers": ((0.0, "none"), (0.1, "up to 10 %"), (np.inf, "over 10 %")),
+}
+"""Noise is a share of the extent."""
+
+
+def scanner(seed: int, index: int) -> Case:
+    drawn = cloud(replace(RECIPES["scanner"], seed=seed), index)
+    assert drawn.noise is not None and drawn.extent is not None
+    seen = {
+        "points": len(drawn.points),
+        "noise": drawn.noise / drawn.extent,
+        "outliers": drawn.outlier_share,
+    }
+    return case(index, drawn, {name: bucket(SCAN_BUCKETS[name], value) for name, value in seen.items()})
+
+
+SCAN = ScannerRecipe(points=Range(2000, 2000), noise=Range(1e-3, 1e-3), noiseless=0.0, without_outliers=1.0)
+"""What these sets have in common: 2,000 points, noise of a thousandth of the extent, no gross outliers."""
+
+OUTLIERS = (0, 10, 20, 30, 40, 50, 60)
+
+
+def outliers(seed: int, index: int) -> Case:
+    kind, piece, level = turn(index, KINDS, OUTLIERS)
+    share = Range(level / 100, level / 100)
+    recipe = replace(SCAN, seed=seed, kinds=(kind,), outliers=share, without_outliers=0.0)
+    return case(index, cloud(recipe, piece), {"outliers [%]": level})
+
+
+ARCS = (360, 180, 90, 60, 30, 20, 10)
+
+
+def arcs(seed: int, index: int) -> Case:
+    kind, piece, level = turn(index, KINDS[1:], ARCS)
+    recipe = replace(SCAN, seed=seed, kinds=(kind,), arc=Range(level, level), whole=0.0)
+    return case(index, cloud(recipe, piece), {"arc [deg]": level})
+
+
+NEAR: dict[str, ScannerRecipe] = {
+    "cone of 1 degree": replace(SCAN, kinds=("cone",), half_angle=Range(1.0, 1.0)),
+    "torus with R = 20 r": replace(SCAN, kinds=("torus",), torus_ratio=Range(20.0, 20.0)),
+    "cylinder": replace(SCAN, kinds=("cylinder",)),
+    "sphere cap of 5 degrees": replace(SCAN, kinds=("sphere",), arc=Range(5.0, 5.0), whole=0.0),
+    "huge sphere, cap of 1 degree": replace(SCAN, kinds=("sphere",), arc=Range(1.0, 1.0), whole=0.0),
+    "plane": replace(SCAN, kinds=("plane",)),
+}
+"""Each beside the simpler kind that it nearly is."""
+NEAR_NOISE = ("none", "what hides nothing")
+
+
+def near_degenerate(seed: int, index: int) -> Case:
+    shape, piece, noise = turn(index, tuple(NEAR), NEAR_NOISE)
+    recipe = replace(NEAR[shape], seed=seed, noiseless=1.0 if noise == "none" else 0.0)
+    return case(index, cloud(recipe, piece), {"shape": shape, "noise": noise})
+
+
+SIZES = (20, 50, 100, 300, 1000, 10_000, 100_000, 1_000_000)
+
+
+def sizes(seed: int, index: int) -> Case:
+    """Recipes add points to clouds that are too small for their kind; those are left out again."""
+    kind, piece, level = turn(index, KINDS, SIZES)
+    drawn = cloud(replace(SCAN, seed=seed, kinds=(kind,), points=Range(level, level)), piece)
+    assert drawn.outliers is not None
+    drawn = replace(drawn, points=drawn.points[:level], outliers=drawn.outliers[:level])
+    return case(index, drawn, {"points": level})
+
+
+# -- both ---------------------------------------------------------------------------------------------------
+
+FAMILIES: dict[str, BenchmarkRecipe | ScannerRecipe] = {
+    "benchmark": BenchmarkRecipe(0, perturbations=PERTURBATIONS[:3]),
+    "scanner": replace(SCAN, size=Range(1.0, 1.0)),
+}
+COORDINATES = ("as they are", "float32", "1 mm", "offset 1e7")
+OFFSET = np.array([1e7, -1e7, 1e7])
+MILLIMETRE = 1e-3
+"""Of an object of a metre, and of a benchmark cloud as if its unit were the metre."""
+REDRAWN = 1_000_000
+"""Clouds whose file is rounded already are drawn again with an index that is larger by this."""
+
+
+def coordinates(seed: int, index: int) -> Case:
+    """The same clouds, near the origin, after what files and maps do to coordinates."""
+    kind, other, level = turn(index, KINDS, COORDINATES)
+    family = tuple(FAMILIES)[other // len(KINDS) % len(FAMILIES)]
+    drawn = cloud(replace(FAMILIES[family], seed=seed, kinds=(kind,)), other)
+    while drawn.step:
+        other += REDRAWN
+        drawn = cloud(replace(FAMILIES[family], seed=seed, kinds=(kind,)), other)
+    shift = (OFFSET if level == "offset 1e7" else 0.0) - drawn.points.mean(axis=0)
+    points = drawn.points + shift
+    if level == "float32":
+        points, _ = rounded(points, None)
+    elif level == "1 mm":
+        points, _ = rounded(points, MILLIMETRE * (drawn.extent or 1.0))
+    assert drawn.primitive is not None
+    moved = replace(drawn, points=points, primitive=drawn.primitive.transformed(np.eye(3), shift, 1.0))
+    return case(index, moved, {"coordinates": level, "family": family})
+
+
+def foreign(seed: int, index: int) -> Case:
+    drawn = cloud(ForeignRecipe(seed), index)
+    return case(index, drawn, {"shape": drawn.kind})
+
+
+def turn(index: int, kinds: tuple[str, ...], levels: tuple[L, ...]) -> tuple[str, int, L]:
+    """Kinds take turns, then levels: the kind, the number of the piece that is shown, and the level."""
+    rounds, level = divmod(index // len(kinds), len(levels))
+    kind = index % len(kinds)
+    return kinds[kind], rounds * len(kinds) + kind, levels[level]
+
+
+def case(index: int, drawn: SyntheticCloud, groups: Mapping[str, Level]) -> Case:
+    return Case(str(index), drawn.points, drawn.primitive, groups, drawn.outliers)
+
+
+def _names(bounds: Buckets) -> tuple[str, ...]:
+    return tuple(name for _, name in bounds)
+
+
+CASE_SETS: dict[str, CaseSet] = {
+    "shrec": CaseSet(
+        Description(
+            "Clouds like those of SHREC 2022",
+            "The paper's ten perturbations in the proportions of its test set (100 clouds of A0 to A8 each, "
+            "25 of A9, kinds balanced). Only some of a cloud's points are perturbed; the others lie on the "
+            "surface to the last digit.",
+            {"perturbation": PERTURBATIONS, "points": _names(TRACK_POINTS)},
+        ),
+        185,
+        925,
+        shrec,
+    ),
+    "scanner": CaseSet(
+        Description(
+            "Scans",
+            "What one to four stations of a virtual scanner see of a piece: every point noisy (up to 2 % of "
+            "the extent, less where that would hide the kind), up to 20 % gross outliers, arcs from 30 "
+            "degrees, 20 to 20,000 points.",
+            {name: _names(bounds) for name, bounds in SCAN_BUCKETS.items()},
+        ),
+        150,
+        1000,
+        scanner,
+    ),
+    "outliers": CaseSet(
+        Description(
+            "Gross outliers",
+            "Scans of 2,000 points with noise of 0.1 % of the extent, of which a share has nothing to do "
+            "with the surface.",
+            {"outliers [%]": OUTLIERS},
+        ),
+        70,
+        350,
+        outliers,
+    ),
+    "arcs": CaseSet(
+        Description(
+            "Arcs",
+            "Scans of an object that is a part of a turn (of a sphere: a cap); of a whole turn a scanner "
+            "may see half. Noise of 0.1 % of the extent, less where that would hide the kind. Planes have "
+            "no arc.",
+            {"arc [deg]": ARCS},
+        ),
+        56,
+        280,
+        arcs,
+    ),
+    "near-degenerate": CaseSet(
+        Description(
+            "Nearly another kind",
+            "Scans of shapes that are nearly a simpler kind, and of those kinds; the noise is low enough to "
+            "tell.",
+            {"shape": tuple(NEAR), "noise": NEAR_NOISE},
+        ),
+        36,
+        240,
+        near_degenerate,
+    ),
+    "exact-share": CaseSet(
+        Description(
+            "Share of exact points",
+            "Clouds of the benchmark with noise U(-0.1, 0.1) on all but a share of the points.",
+            {"exact [%]": EXACT},
+        ),
+        40,
+        400,
+        exact_share,
+    ),
+    "sizes": CaseSet(
+        Description(
+            "Number of points",
+            "Scans with noise of 0.1 % of the extent and no gross outliers, from 20 points to a million.",
+            {"points": SIZES},
+        ),
+        40,
+        200,
+        sizes,
+    ),
+    "coordinates": CaseSet(
+        Description(
+            "Coordinates",
+            "The same clouds with coordinates as they are, as float32, in steps of a millimetre (objects of "
+            "a metre), and with 1e7 added.",
+            {"coordinates": COORDINATES, "family": tuple(FAMILIES)},
+        ),
+        40,
+        400,
+        coordinates,
+    ),
+    "foreign": CaseSet(
+        Description(
+            "Shapes that are no primitive",
+            "Scans of six other shapes. The right answer is `no_fit`; methods that are given the kind are "
+            "not asked.",
+            {"shape": SHAPES},
+        ),
+        60,
+        300,
+        foreign,
+    ),
+}
+"""By name, in the order of the report."""

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from app import cli
-from benchmark.cases import shrec22_cases
+from benchmark.track import TrackError, TrackFolder, shrec22_cases
 from synthetic import RECIPES, clouds, picture
 from synthetic.command import UnknownRecipeError, synth
 from synthetic.recipes import RECIPES as KNOWN
@@ -29,7 +29,8 @@ def test_clouds_and_truth_are_read_back_as_they_were(recipe, tmp_path):
 
 def test_foreign_shapes_have_attributes_but_no_truth(tmp_path):
     synth("foreign", tmp_path, n=7, seed=0, picture=False)
-    assert list(shrec22_cases(tmp_path)) == []
+    with pytest.raises(TrackError, match=r"holds 7 clouds, but no ground_truth.csv"):
+        TrackFolder(tmp_path)
     with (tmp_path / "attributes.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["kind"] for row in rows][:2] == ["ellipsoid", "corner"]

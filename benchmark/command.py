@@ -1,0 +1,123 @@
+"""`primfit bench`, also as `python -m benchmark`: run methods over case sets, and write the report."""
+
+import argparse
+import sys
+from collections.abc import Iterable, Sequence
+from functools import partial
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from benchmark.cases import CASE_SETS, Case, CaseSet
+from benchmark.methods import METHODS, PEERS
+from benchmark.options import make_parser
+from benchmark.records import Record, RecordsFile
+from benchmark.report import MissingMatplotlibError, NoRecordsError, write
+from benchmark.runner import Child, MethodError, Work, begin, interpreter, introduce, run
+from benchmark.summary import summary, wrong_line
+from benchmark.track import TRACK, TrackError, TrackFolder
+
+DEFAULT_METHOD = next(iter(METHODS))
+BAD_INPUT, INTERRUPTED = 2, 130
+
+
+def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
+    """The command with these arguments; returns its exit status."""
+    parser = make_parser(program, run_action, report_action)
+    options = parser.parse_args(arguments)
+    if not hasattr(options, "action"):
+        parser.print_help()
+        return BAD_INPUT
+    try:
+        return int(options.action(options))
+    except (MethodError, TrackError, NoRecordsError, MissingMatplotlibError, OSError) as error:
+        print(f"{program}: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print(f"\n{program}: interrupted; the same command goes on from {options.out}", file=sys.stderr)
+        return INTERRUPTED
+
+
+def report_action(options: argparse.Namespace) -> int:
+    path = write(RecordsFile(options.records), options.out)
+    print(f"written: {path}, benchmark-details.md and images/ beside it")
+    return 0
+
+
+def run_action(options: argparse.Namespace) -> int:
+    works = plan(options)
+    named = options.method or [DEFAULT_METHOD]
+    names = list(dict.fromkeys([*named, *(PEERS if options.peers else [])]))
+    options.out.mkdir(parents=True, exist_ok=True)
+    file = RecordsFile(options.out)
+    console = Console(highlight=False)
+    python = options.python or interpreter(any(name in PEERS for name in names))
+    with Child(python, options.out / "methods.log") as child:
+        methods = usable(introduce(child, names), named, console)
+        done, stale = begin(file, works, methods, options.restart)
+        if stale:
+            console.print(f"{stale} records are dropped: the versions of their methods have changed")
+        ran = run(child, file, works, methods, done, options.timeout)
+        watch(ran, works, console, options.show_wrong)
+    asked = {(work.set, work.seed, name) for work in works for name in work.names}
+    console.print(summary([r for r in file.read() if r.method in methods and r.key[:3] in asked]))
+    console.print(f"records: {file.path}")
+    return 0
+
+
+def plan(options: argparse.Namespace) -> list[Work]:
+    """The cases that are asked for; raises `TrackError`."""
+    names = options.set or ([] if options.shrec22 else CASE_SETS)
+    works = []
+    for name, chosen in CASE_SETS.items():
+        if name in names:
+            count = options.n or (chosen.full if options.full else chosen.small)
+            cases = [str(index) for index in range(count)]
+            works.append(Work(name, options.seed, cases, partial(_draw, chosen, options.seed)))
+    if options.shrec22:
+        folder = TrackFolder(options.shrec22)
+        works.append(Work(TRACK, folder.fingerprint, folder.names[: options.n], folder.case))
+    return works
+
+
+def _draw(chosen: CaseSet, seed: int, name: str) -> Case:
+    return chosen.draw(seed, int(name))
+
+
+def usable(
+    known: dict[str, dict[str, Any]], named: Sequence[str], console: Console
+) -> dict[str, dict[str, Any]]:
+    """The methods that are installed; raises `MethodError` where one that was named is not."""
+    for name, told in known.items():
+        if "missing" in told:
+            sentence = f"{name} is not installed ({told['missing']}); `make bench-peers` installs the peers"
+            if name in named:
+                raise MethodError(sentence)
+            console.print(f"left out: {sentence}")
+    return {name: told for name, told in known.items() if "missing" not in told}
+
+
+def watch(
+    ran: Iterable[tuple[Work, list[Record]]], works: Sequence[Work], console: Console, show_wrong: bool
+) -> None:
+    """Show what comes: a bar for each set, and what the first of the methods got right in this run."""
+    columns = (TextColumn("{task.description:<15}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, TextColumn("{task.fields[right]}"), console=console) as progress:
+        bars = {
+            work.set: progress.add_task(work.set, total=len(work.names), right="", start=False)
+            for work in works
+        }
+        right = dict.fromkeys(bars, 0)
+        asked = dict.fromkeys(bars, 0)
+        for work, records in ran:
+            progress.start_task(bars[work.set])
+            for record in records[:1]:
+                right[work.set] += record.right
+                asked[work.set] += 1
+                told = f"{record.method}: {right[work.set]} of {asked[work.set]} right"
+                progress.update(bars[work.set], right=told)
+            for record in records:
+                if show_wrong and not record.right:
+                    progress.console.print(wrong_line(record), soft_wrap=True)
+            progress.advance(bars[work.set])

@@ -1,0 +1,97 @@
+"""The methods that are measured: one small file each, one protocol, one dict.
+
+A method is imported and constructed in the child process of `benchmark.runner` alone, once, so that its
+package need not be installed where the benchmark is started, and a crash of it ends nothing else.
+"""
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Literal, Protocol
+
+from fitting.geometry import Array
+from fitting.primitives import Primitive
+
+Status = Literal["fitted", "ambiguous", "no_fit"]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a method says of a cloud.
+
+    Attributes
+    ----------
+    status : `fitted`; `ambiguous` where several kinds explain the cloud; `no_fit` where none does. Methods
+        that know only the first answer `fitted`, or `no_fit` where they found nothing
+    primitive : the answer in the units of the input; None where there is none
+    note : what the record keeps besides; may be empty
+    attempts : the kinds that were fitted, in order, where the method tells
+    """
+
+    status: Status
+    primitive: Primitive | None
+    note: str = ""
+    attempts: tuple[str, ...] = ()
+
+
+class Method(Protocol):
+    """A way to get from points to a primitive, constructed without arguments.
+
+    Attributes
+    ----------
+    name : as in `METHODS` and in the report
+    package : the distribution whose version is recorded
+    decides_kind : whether it finds the kind; where not, the true kind is given to `fit`
+    kinds : the kinds that it can answer; a method that is given the kind is not asked for any other
+    settings : one sentence for the report: the settings used and how they scale with the cloud
+    """
+
+    name: str
+    package: str
+    decides_kind: bool
+    kinds: tuple[str, ...]
+    settings: str
+
+    def fit(self, points: Array, kind: str | None) -> Answer:
+        """The answer for one cloud.
+
+        Parameters
+        ----------
+        points : (N, 3) float64, C order, any unit; not to be written to
+        kind : the true kind where `decides_kind` is False, else None
+
+        Raises
+        ------
+        Exception : whatever the package raises is recorded as an error of the method on this cloud
+        """
+        ...
+
+
+METHODS: dict[str, str] = {
+    "primfit": "benchmark.methods.primfit:Primfit",
+    "primfit-knn": "benchmark.methods.primfit:PrimfitKnn",
+    "primfit-none": "benchmark.methods.primfit:PrimfitNone",
+    "primfit-reversed": "benchmark.methods.primfit:PrimfitReversed",
+    "engeom": "benchmark.methods.engeom:Engeom",
+    "mesh2cad": "benchmark.methods.mesh2cad:Mesh2cad",
+    "cgal": "benchmark.methods.cgal:Cgal",
+    "pyransac3d": "benchmark.methods.pyransac3d:Pyransac3d",
+    "scikit-spatial": "benchmark.methods.scikit_spatial:ScikitSpatial",
+    "open3d": "benchmark.methods.open3d:Open3d",
+    "trimesh": "benchmark.methods.trimesh:Trimesh",
+}
+"""Name -> "module:Class", imported by `load` alone. The first is primfit as it is shipped."""
+
+PEERS = tuple(name for name in METHODS if name.split("-")[0] != "primfit")
+"""What others make; their packages are installed by `make bench-peers`, from `benchmark/peers.txt`."""
+
+
+def load(name: str) -> Method:
+    """The method of that name, constructed.
+
+    Raises
+    ------
+    ImportError : its package is not installed
+    """
+    module, _, attribute = METHODS[name].partition(":")
+    method: Method = getattr(import_module(module), attribute)()
+    return method

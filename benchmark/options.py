@@ -1,0 +1,116 @@
+"""The options of `primfit bench`."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from benchmark.cases import CASE_SETS
+from benchmark.methods import METHODS
+
+FOLDER = Path("build/bench")
+"""Where records are kept unless something else is said."""
+
+LEARNT = range(2022, 2025)
+"""Seeds of the clouds that the shipped classifiers were trained, calibrated and scored on."""
+
+LONGEST = 86400.0
+"""Seconds that an answer may be waited for at most."""
+
+
+def make_parser(program: str, run: Callable[..., int], report: Callable[..., int]) -> argparse.ArgumentParser:
+    """A parser whose result holds `action`, one of the two functions, which takes the result."""
+    parser = argparse.ArgumentParser(
+        prog=program,
+        description="Measure primfit and what others make on the same clouds, and write the report.",
+        epilog=f"""examples:
+  {program} run                       primfit on small sets, a few minutes
+  {program} run --set shrec --n 500 --seed 7 --method primfit --method primfit-knn
+  {program} run --shrec22 DIR         a folder in the layout of the SHREC 2022 track
+  {program} run --full --peers        everything, a few hours; goes on where it was cut off
+  {program} report                    tables and pictures from the records
+
+`{program} run --help` lists the sets and the methods. docs/benchmarking.md explains them.""",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    actions = parser.add_subparsers(title="actions", metavar="run | report")
+    _add_run(actions).set_defaults(action=run)
+    _add_report(actions).set_defaults(action=report)
+    return parser
+
+
+def _add_run(actions: Any) -> argparse.ArgumentParser:
+    sets = "\n".join(
+        f"  {name:16} {chosen.description.title} ({chosen.small} clouds, full: {chosen.full})"
+        for name, chosen in CASE_SETS.items()
+    )
+    parser: argparse.ArgumentParser = actions.add_parser(
+        "run",
+        help="run methods over case sets and store a record for each cloud",
+        description="Run methods over case sets and store a record for each cloud. "
+        "A run that was cut off goes on.",
+        epilog=f"sets:\n{sets}\n\nmethods, the first by default:\n  {', '.join(METHODS)}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("--set", action="append", choices=CASE_SETS, metavar="NAME", help="a set (repeatable; default: all)")
+    add("--shrec22", type=Path, metavar="DIR", help="a folder in the layout of the SHREC 2022 track")
+    add("--method", action="append", choices=METHODS, metavar="NAME", help="a method (repeatable)")
+    add("--peers", action="store_true", help="all methods of others that are installed, too")
+    sizes = parser.add_mutually_exclusive_group()
+    sizes.add_argument("--n", type=_whole_from_1, metavar="N", help="the first N clouds of each set")
+    sizes.add_argument("--full", action="store_true", help="large sets instead of small ones")
+    add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
+    add("--timeout", type=_seconds, default=60.0, metavar="S", help="seconds for a cloud (default: 60)")
+    add("--out", type=Path, default=FOLDER, metavar="DIR", help=f"folder of the records (default: {FOLDER})")
+    add("--restart", action="store_true", help="make the records anew that are asked for")
+    add("--show-wrong", action="store_true", help="print a line for each wrong answer")
+    add("--python", type=_file, metavar="FILE", help="what runs the methods (default: .venv-peers, or this)")
+    return parser
+
+
+def _add_report(actions: Any) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(
+        "report",
+        help="write benchmark.md and its pictures from the records",
+        description="Write benchmark.md, benchmark-details.md and images/benchmark-*.png from the records; "
+        "nothing is measured.",
+    )
+    for name, default, what in (("records", FOLDER, "records"), ("out", FOLDER / "report", "report")):
+        text = f"folder of the {what} (default: {default})"
+        parser.add_argument(f"--{name}", type=Path, default=default, metavar="DIR", help=text)
+    return parser
+
+
+def _file(text: str) -> Path:
+    if not Path(text).is_file():
+        raise argparse.ArgumentTypeError(f"is {text}, which is no file")
+    return Path(text)
+
+
+def _whole(text: str, least: int) -> int:
+    if not text.isdecimal() or int(text) < least:
+        raise argparse.ArgumentTypeError(f"is {text}, not a whole number from {least} on")
+    return int(text)
+
+
+def _whole_from_1(text: str) -> int:
+    return _whole(text, 1)
+
+
+def _seed(text: str) -> int:
+    value = _whole(text, 0)
+    if value in LEARNT:
+        seen = f"the shipped classifiers have seen clouds of the seeds {LEARNT[0]} to {LEARNT[-1]}"
+        raise argparse.ArgumentTypeError(f"is {value}; {seen}")
+    return value
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value <= LONGEST:
+        raise argparse.ArgumentTypeError(f"is {text}, not a number of seconds above 0 and up to {LONGEST:g}")
+    return value

@@ -1,0 +1,37 @@
+"""The report: from records to benchmark.md and its pictures; nothing is measured here."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from benchmark.records import RecordsFile
+from benchmark.report import pictures, sections
+from benchmark.report.data import Data, NoRecordsError
+from benchmark.report.details import details
+from benchmark.report.pictures import MissingMatplotlibError
+
+__all__ = ["MissingMatplotlibError", "NoRecordsError", "write"]
+
+
+def write(file: RecordsFile, out: Path) -> Path:
+    """Write benchmark.md, benchmark-details.md and images/benchmark-*.png into a folder; returns the first.
+
+    Raises
+    ------
+    NoRecordsError : there is nothing to report
+    MissingMatplotlibError : before anything is written
+    """
+    pictures.require_matplotlib()
+    data = Data.of(file)
+    drawn = pictures.draw(data, out / "images")
+    parts: list[Iterable[str]] = [sections.head(data), sections.at_a_glance(data, drawn)]
+    parts.append(sections.behind(data))
+    parts += [sections.of_set(data, set_, drawn) for set_ in data.sets]
+    parts += [sections.methods(data), [sections.MEASURES]]
+    _write(out / "benchmark-details.md", [details(data)])
+    return _write(out / "benchmark.md", parts)
+
+
+def _write(path: Path, parts: Iterable[Iterable[str]]) -> Path:
+    texts = ["\n".join(part).rstrip() for part in parts]
+    path.write_text("\n\n".join(text for text in texts if text) + "\n")
+    return path

@@ -1,0 +1,123 @@
+"""Many records in few numbers: confusion matrices, rates per class, quartiles."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from benchmark.records import Record
+from fitting.geometry import Array
+from fitting.primitives import KINDS
+
+G = TypeVar("G")
+
+REJECTIONS = ("ambiguous", "no_fit", "failed")
+"""Columns of a confusion matrix beside the kinds: answers that name no kind, and no answer at all."""
+ANSWERS = (*KINDS, *REJECTIONS)
+
+RATES = ("PPV", "NPV", "TPR", "TNR", "ACC")
+
+EXACT = 1e-9
+"""A fit is exact where the root mean square distance of the surfaces is at most this share of the extent."""
+
+CLOSE = 0.01
+"""A fit is close where the root mean square distance of the surfaces is at most this share of the extent."""
+
+
+def answered(record: Record) -> str:
+    """The column of a record in the confusion matrix."""
+    if record.failed:
+        return "failed"
+    if record.status == "fitted" and record.answer:
+        return str(record.answer["kind"])
+    return "ambiguous" if record.status == "ambiguous" else "no_fit"
+
+
+def confusion(records: Iterable[Record]) -> np.ndarray:
+    """Counts (5, 8): rows are true kinds, columns `ANSWERS`; foreign shapes have no row."""
+    counts = np.zeros((len(KINDS), len(ANSWERS)), dtype=int)
+    for record in records:
+        if record.kind in KINDS:
+            counts[KINDS.index(record.kind), ANSWERS.index(answered(record))] += 1
+    return counts
+
+
+def rates(counts: np.ndarray) -> dict[str, Array]:
+    """Per class, shape (5,): PPV, NPV, TPR, TNR and accuracy of "this class or not"; NaN where undefined.
+
+    A rejection predicts no class: it takes from TPR and accuracy, not from PPV. Source: Romanengo et al.
+    2022, 2.2.1.
+    """
+    total = counts.sum()
+    hit = np.diag(counts[:, : len(KINDS)]).astype(float)
+    actual, predicted = counts.sum(axis=1), counts[:, : len(KINDS)].sum(axis=0)
+    rest = total - actual - predicted + hit
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return {
+            "PPV": hit / predicted,
+            "NPV": rest / (total - predicted),
+            "TPR": hit / actual,
+            "TNR": rest / (total - actual),
+            "ACC": (hit + rest) / total,
+        }
+
+
+def macro(per_class: Array) -> float:
+    """The mean over the classes for which a rate is defined; NaN where there is none."""
+    defined = per_class[np.isfinite(per_class)]
+    return float(defined.mean()) if len(defined) else np.nan
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How values are spread.
+
+    Quartiles are those of all values, so that a wrong answer, which is infinitely far, counts; they are
+    values that occur (the one at or below the rank). Mean and standard deviation are those of the finite
+    ones.
+    """
+
+    q1: float
+    q2: float
+    q3: float
+    mean: float
+    std: float
+
+
+def spread(values: Sequence[float]) -> Spread:
+    """NaN throughout for no values."""
+    ordered = np.array(values, float)
+    finite = ordered[np.isfinite(ordered)]
+    quartiles = np.quantile(ordered, [0.25, 0.5, 0.75], method="lower") if len(ordered) else [np.nan] * 3
+    moments = (finite.mean(), finite.std()) if len(finite) else (np.nan, np.nan)
+    q1, q2, q3, mean, std = map(float, (*quartiles, *moments))
+    return Spread(q1, q2, q3, mean, std)
+
+
+def share(records: Sequence[Record], holds: Callable[[Record], bool]) -> float:
+    """The share for which something holds; NaN for no records."""
+    return sum(map(holds, records)) / len(records) if records else np.nan
+
+
+def is_close(record: Record) -> bool:
+    """Whether the kind is right and the surface close; of foreign shapes, whether it was refused."""
+    return record.right and (record.kind == "foreign" or record.error("surface") <= CLOSE)
+
+
+def is_exact(record: Record) -> bool:
+    """Whether the kind is right and the surface found to within rounding."""
+    return record.error("surface") <= EXACT
+
+
+def grouped(records: Iterable[Record], key: Callable[[Record], G]) -> dict[G, list[Record]]:
+    """Records by key, keys in the order of their first record."""
+    groups: dict[G, list[Record]] = {}
+    for record in records:
+        groups.setdefault(key(record), []).append(record)
+    return groups
+
+
+def seconds(records: Iterable[Record]) -> list[float]:
+    """Of the answers that came, and of those that were waited for in vain."""
+    return [record.seconds for record in records if record.seconds is not None]

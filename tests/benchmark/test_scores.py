@@ -1,0 +1,71 @@
+"""Rates and spreads against numbers worked out by hand."""
+
+import numpy as np
+import pytest
+
+from benchmark.scores import ANSWERS, confusion, is_close, is_exact, macro, rates, share, spread
+from fitting.primitives import KINDS
+from tests.benchmark.made import record
+
+
+def test_confusion_matrix_with_its_rejections():
+    answers = ["plane", "plane", "sphere", "ambiguous", "no_fit", "failed"]
+    counts = confusion([*(record("plane", answer) for answer in answers), record("foreign", "plane")])
+    assert counts.shape == (len(KINDS), len(ANSWERS)) and counts.sum() == 6
+    assert dict(zip(ANSWERS, counts[0].tolist(), strict=True)) == {
+        "plane": 2,
+        "sphere": 1,
+        "cylinder": 0,
+        "cone": 0,
+        "torus": 0,
+        "ambiguous": 1,
+        "no_fit": 1,
+        "failed": 1,
+    }
+
+
+def test_rates_by_hand():
+    """Ten clouds: 4 planes (3 right, 1 taken for a sphere), 6 spheres (4 right, 1 as plane, 1 no_fit)."""
+    counts = np.zeros((5, 8), int)
+    counts[0, :2] = 3, 1
+    counts[1, :2] = 1, 4
+    counts[1, ANSWERS.index("no_fit")] = 1
+    found = rates(counts)
+    plane = {name: values[0] for name, values in found.items()}
+    # TP 3, FP 1, FN 1, TN 5
+    assert plane == pytest.approx({"PPV": 3 / 4, "NPV": 5 / 6, "TPR": 3 / 4, "TNR": 5 / 6, "ACC": 8 / 10})
+    sphere = {name: values[1] for name, values in found.items()}
+    # TP 4, FP 1, FN 2 (one of them rejected), TN 3
+    assert sphere == pytest.approx({"PPV": 4 / 5, "NPV": 3 / 5, "TPR": 4 / 6, "TNR": 3 / 4, "ACC": 7 / 10})
+    # Nobody is or was called a cone.
+    assert np.isnan(found["PPV"][3]) and np.isnan(found["TPR"][3])
+    assert (found["NPV"][3], found["TNR"][3], found["ACC"][3]) == (1.0, 1.0, 1.0)
+    assert macro(found["PPV"]) == pytest.approx((3 / 4 + 4 / 5) / 2)
+    assert np.isnan(macro(np.array([np.nan])))
+
+
+def test_quartiles_count_what_is_wrong_and_moments_do_not():
+    found = spread([4.0, np.inf, 1.0, 3.0, 2.0])
+    assert (found.q1, found.q2, found.q3) == (2.0, 3.0, 4.0)
+    assert (found.mean, found.std) == pytest.approx((2.5, np.sqrt(1.25)))
+    assert spread([1.0, np.inf]).q2 == 1.0 and spread([1.0, np.inf, np.inf]).q2 == np.inf
+    assert np.isnan(spread([]).q2) and np.isnan(spread([np.inf]).mean)
+
+
+def test_close_is_right_and_near():
+    assert is_close(record("plane", "plane", surface=0.01))
+    assert not is_close(record("plane", "plane", surface=0.011))
+    assert not is_close(record("plane", "sphere", surface=0.0))
+    assert not is_close(record("plane", "plane", errors={"surface": None}))
+    assert is_close(record("foreign", "no_fit"))
+    assert is_exact(record("plane", "plane", surface=1e-9))
+    assert not is_exact(record("plane", "plane", surface=1.1e-9))
+    assert not is_exact(record("plane", "sphere", surface=0.0))
+    assert share([record("plane", "plane"), record("plane", "cone")], is_close) == 0.5
+    assert np.isnan(share([], is_close))
+
+
+def test_errors_of_wrong_answers_are_infinite():
+    assert record("plane", "plane", surface=0.5).error("surface") == 0.5
+    assert record("plane", "sphere", surface=0.5).error("surface") == np.inf
+    assert record("plane", "plane").error("l2") == np.inf
