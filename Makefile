@@ -105,12 +105,12 @@ $(VENV_TORCH)/.torch: $(BUILT) | $(VENV_TORCH)/.python
 	@$(VENV_TORCH)/bin/python $(PIP_INSTALL) --editable '.[dev,train]' '$(TORCH)'
 	@touch $@
 
-$(VENV)/.bench: pyproject.toml | $(VENV)/.python
+$(VENV)/.bench: $(BUILT) | $(VENV)/.python
 	@echo 'installing primfit and matplotlib into $(VENV) (about a minute, once)'
 	@$(VENV)/bin/python $(PIP_INSTALL) --editable '.[bench]'
 	@touch $(VENV)/.serving $@
 
-$(VENV_PEERS)/.peers: pyproject.toml benchmark/peers.txt | $(VENV_PEERS)/.python
+$(VENV_PEERS)/.peers: $(BUILT) benchmark/peers.txt | $(VENV_PEERS)/.python
 	@echo 'installing primfit and the libraries of benchmark/peers.txt into $(VENV_PEERS) (a few minutes, once)'
 	@$(VENV_PEERS)/bin/python $(PIP_INSTALL) --editable .
 	@$(VENV_PEERS)/bin/python $(PIP_INSTALL) --no-deps --requirement benchmark/peers.txt
