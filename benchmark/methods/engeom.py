@@ -1,0 +1,72 @@
+"""engeom: MAGSAC++ consensus for planes, spheres, cylinders and cones.
+
+Source: Barath, Noskova, Ivashechkin and Matas, "MAGSAC++, a fast, reliable and accurate robust estimator",
+CVPR 2020.
+"""
+
+from typing import Any
+
+import numpy as np
+from engeom.geom3 import Cone3, Cylinder3, Plane3, Sphere3
+
+from benchmark.measures import diagonal
+from benchmark.methods import Answer
+from fitting.geometry import Array
+from fitting.normals import estimate_normals
+from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere
+
+SIGMA_MAX = 0.005
+"""Upper bound of the noise, as a share of the cloud's diagonal."""
+
+SEARCH = {"max_iterations": 1000, "confidence": 0.999, "seed": 0}
+
+
+class Engeom:
+    """`from_consensus` of each shape."""
+
+    name = "engeom"
+    package = "engeom"
+    decides_kind = False
+    kinds = ("plane", "sphere", "cylinder", "cone")
+    settings = (
+        f"MAGSAC++ consensus with sigma_max {SIGMA_MAX:.1%} of the bounding box's diagonal, at most "
+        f"{SEARCH['max_iterations']} iterations, confidence {SEARCH['confidence']}, a fixed seed, and for "
+        "cylinders and cones normals from primfit's local principal components"
+    )
+
+    def fit(self, points: Array, kind: str | None) -> Answer:
+        try:
+            found = consensus(points, kind)
+        except ValueError as failure:  # no valid model, or too few points
+            return Answer("no_fit", None, str(failure))
+        return Answer("fitted", converted(found))
+
+
+def consensus(points: Array, kind: str | None) -> Any:
+    sigma_max = SIGMA_MAX * diagonal(points)
+    match kind:
+        case "plane":
+            return Plane3.from_consensus(points, sigma_max, **SEARCH)
+        case "sphere":
+            return Sphere3.from_consensus(points, sigma_max, **SEARCH)
+        case "cylinder":
+            return Cylinder3.from_consensus(points, estimate_normals(points), sigma_max, **SEARCH)
+        case "cone":
+            return Cone3.from_consensus(points, estimate_normals(points), sigma_max, **SEARCH)
+    raise KeyError(kind)
+
+
+def converted(found: Any) -> Primitive:
+    match found:
+        case Plane3():
+            normal = coordinates(found.normal)
+            return Plane(normal, found.d * normal)
+        case Sphere3():
+            return Sphere(coordinates(found.center), found.r)
+        case Cylinder3():
+            return Cylinder(coordinates(found.direction), coordinates(found.center), found.r)
+    return Cone(coordinates(found.tip), coordinates(found.direction), found.half_angle)
+
+
+def coordinates(vector: Any) -> Array:
+    return np.array([vector.x, vector.y, vector.z])
