@@ -2,6 +2,7 @@
 # make setup  install what serving needs                 make test-torch  the tests that need torch
 # make image  build the container image                  make lint        ruff, mypy, import rules
 # make weights  train both classifiers again             make clean       remove what these verbs made
+# make training-figures  after make weights: docs/training-figures.md
 # make example  refresh the answer that the API shows
 # make bench  measure primfit on small sets, a few minutes; the report: build/bench/report/benchmark.md
 # make bench-peers  install what the benchmark compares with    make bench-full  measure all of them, a few hours
@@ -30,7 +31,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-torch lint weights example bench bench-peers bench-full image clean
+.PHONY: run setup test test-torch lint weights training-figures example bench bench-peers bench-full image clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -53,9 +54,15 @@ lint: $(VENV)/.dev
 # Both classifiers learn from the same clouds, which are drawn once and kept under build/ for this run only.
 weights: $(VENV)/.serving $(VENV_TORCH)/.torch
 	rm -rf build/clouds
-	$(VENV_TORCH)/bin/python -m models.training.network --processes $(PROCESSES) --cache build/clouds
+	$(VENV_TORCH)/bin/python -m models.training.network --processes $(PROCESSES) --cache build/clouds --curves build/network-curves.json
 	$(VENV_TORCH)/bin/python -m models.training.knn --processes $(PROCESSES) --cache build/clouds
 	$(MAKE) example
+
+# After `make weights`, on the same clouds: the design that lost, and the figures of all in docs/.
+training-figures: $(VENV_TORCH)/.torch
+	$(VENV_TORCH)/bin/python -m models.training.pointnet --cache build/clouds --curves build/pointnet-curves.json > build/pointnet.json
+	$(VENV_TORCH)/bin/python -m models.training.report --pointnet build/pointnet.json \
+		--curves build/network-curves.json build/pointnet-curves.json
 
 # The OpenAPI document shows a real answer; it names the weights and follows every change of the numbers.
 example: $(VENV)/.serving
