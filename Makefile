@@ -60,7 +60,7 @@ weights: $(VENV)/.serving $(VENV_TORCH)/.torch
 
 # After `make weights`, on the same clouds: the design that lost, and the figures of all in docs/.
 training-figures: $(VENV_TORCH)/.torch
-	$(VENV_TORCH)/bin/python -m models.training.pointnet --cache build/clouds --curves build/pointnet-curves.json > build/pointnet.json
+	$(VENV_TORCH)/bin/python -m models.training.pointnet --epochs 8 --cache build/clouds --curves build/pointnet-curves.json > build/pointnet.json
 	$(VENV_TORCH)/bin/python -m models.training.report --pointnet build/pointnet.json \
 		--curves build/network-curves.json build/pointnet-curves.json
 
