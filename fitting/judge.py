@@ -27,7 +27,7 @@ SMALL_DEFORMATION = 0.01
 """Points this close, in diagonals, to a surface that has exact points are no outliers."""
 
 SMALLEST_INLIER_SHARE = 0.5
-"""Share of the points that must be near a surface, plus what it may choose: twice its parameters."""
+"""Share of the points that must be near a surface, beside the ones that its parameters may choose."""
 
 LARGEST_STRUCTURE = 0.3
 """Largest share of variance between patches that a surface which explains a cloud leaves ..."""
@@ -213,7 +213,7 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, only: bool)
     n, primitive = len(cloud.working), evidence.primitive
     if n == primitive.dof and not only:
         return Verdict(Standing.REFUSED, f"{n} points determine it exactly and leave none to check it with")
-    share, least = evidence.inlier_share, min(SMALLEST_INLIER_SHARE + 2.0 * primitive.dof / n, 1.0)
+    share, least = evidence.inlier_share, min(SMALLEST_INLIER_SHARE + primitive.dof / n, 1.0)
     if share < least:
         return Verdict(Standing.REFUSED, f"only {share:.0%} of the points are near it (at least {least:.0%})")
     if max_error is not None:
