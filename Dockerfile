@@ -1,5 +1,5 @@
 # primfit as a service: docker build --tag primfit . && docker run --rm --publish 8000:8000 primfit
-# Any base with python3 (3.11 or newer, with venv) will do; both stages must have the same one.
+# Any base with python3 (3.11 or newer, with venv) and apt-get will do; both stages must have the same one.
 ARG BASE_IMAGE=python:3.11-slim
 
 FROM ${BASE_IMAGE} AS build

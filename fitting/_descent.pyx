@@ -3,26 +3,24 @@
 
 A surface is a row of nine numbers, in a frame whose origin is near the points:
 
-=========  ====================  ===============================  =========  =======  ==================
-kind       row[0:3]              row[3:6]                         row[6]     row[7]   row[8]
-=========  ====================  ===============================  =========  =======  ==================
-plane      unit normal n         a point
-sphere                           centre c                                             radius
-cylinder   unit axis a           foot f of the origin on it                           radius
-cone       unit axis a           foot f of the origin on it       half-      -        offset s
-                                                                  angle t
-torus      unit axis a           centre c                         -          major    minor radius r
-                                                                             radius R
-=========  ====================  ===============================  =========  =======  ==================
+========  =============  ==========================  ============  ==============  ==============
+kind      row[0:3]       row[3:6]                    row[6]        row[7]          row[8]
+========  =============  ==========================  ============  ==============  ==============
+plane     unit normal n  point p
+sphere    any            centre c                                                  radius r
+cylinder  unit axis a    foot f of the origin on it                                radius r
+cone      unit axis a    foot f of the origin on it  half-angle t                  offset s
+torus     unit axis a    centre c                                  major radius R  minor radius r
+========  =============  ==========================  ============  ==============  ==============
 
 Signed distances, with h the height along the axis, from f or c, q the vector from the axis to x, and rho = |q|:
 n . (x - p);  |x - c| - r;  rho - r;  rho cos t - h sin t - s, or the distance from the apex where that is the
 closest point;  hypot(rho - R, h) - r.
 
-A step has as many components as the kind has degrees of freedom. Where there is an axis, the first two tilt it
-[rad] towards u and v of its basis, about f or c; then, but for the plane, come shifts along u and v (the sphere:
-along x, y, z); then what is left, in the order of the row (the torus: along the axis first; the plane: along the
-normal). Derivatives:
+A step has as many components as the kind has degrees of freedom. Where there is an axis or a normal, the first
+two tilt it [rad] towards u and v of its basis: an axis about f or c, a plane about the foot of the origin. Then
+come shifts along u and v (the sphere: along x, y, z; the torus: along the axis, too; the plane: along the normal
+only), then the numbers of the row from row[6] on. Derivatives:
 
 plane     u.x, v.x, -1
 sphere    -(x - c) / |x - c|, -1
@@ -170,7 +168,7 @@ cdef void take_step(Surface *surface, const double *step) noexcept nogil:
 cdef bint solve(
     const double *normal, const double *gradient, const double *scales, double damping, int dof, double *step
 ) noexcept nogil:
-    """Solve (N + damping D) step = -gradient by Cholesky on the unit diagonal; whether that went well."""
+    """Solve (N + damping S^2) step = -gradient by Cholesky in units of the scales S; whether that went well."""
     cdef double lower[MOST * MOST]
     cdef double total
     cdef int i, j, k
@@ -533,9 +531,11 @@ def anneal(
     int kind, const double[::1] row, const double[:, ::1] points, double tolerance, double shrink, double locked,
     double at_noise, Py_ssize_t need, double trim, double deviation
 ):
-    """Steps under a Geman-McClure kernel that shrinks; see `fitting.search.anneal` for the parameters.
+    """Steps under a Geman-McClure kernel whose scale shrinks; see `fitting.search.anneal`.
 
-    Returns the last row (9,), and the row at the scale of the noise, or None where that was not reached.
+    `shrink`, `locked` and `at_noise` are constants of `fitting.search`, `trim` and `deviation` of
+    `fitting.noise`. It ends at the tolerance, or where fewer than `need` points are within the scale. Returned
+    are the last row (9,), and the row at the scale of the noise, or None where that was not reached.
     """
     cdef Py_ssize_t i, count, n = points.shape[0]
     cdef Surface surface, noisy

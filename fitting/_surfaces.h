@@ -1,7 +1,8 @@
 /* The loops over points of fitting/_descent.pyx: distances, their derivatives, kernels, sums.
 
    Points come as three arrays x, y, z; derivatives leave as one array of n a component. The loops are written
-   for vector units; sums are taken in as many parts as the machine's unit has lanes, and in one order. */
+   for vector units. A sum is taken in as many parts as the unit has lanes: its last bits depend on the machine,
+   not on the run. */
 
 #include <math.h>
 #include <stddef.h>
@@ -25,6 +26,7 @@
 enum { PLANE, SPHERE, CYLINDER, CONE, TORUS };
 enum { LEAST_SQUARES, GEMAN_MCCLURE, TUKEY };
 
+/* The row of a surface; the table in fitting/_descent.pyx says what it holds. */
 typedef struct {
     int kind;
     double axis[3];

@@ -15,10 +15,10 @@ WORKING_POINTS = 20_000
 """Larger clouds are searched and judged on a random sample of this size; noisy ones end on all points."""
 
 SAMPLE_POINTS = 1024
-"""Points at which neighbours are looked at ..."""
+"""Points whose residuals are compared with those of their neighbours ..."""
 
 NORMAL_POINTS = 512
-"""... and normals, which the classifier and the first guesses take."""
+"""... and those of them that get normals: the classifier sees these, starts are derived from the first."""
 
 LARGEST_COORDINATE = 1e100
 """Beyond this magnitude squares and products of coordinates overflow."""

@@ -1,4 +1,4 @@
-"""Small vector geometry shared by the primitives: unit vectors, bases, tilts and signs."""
+"""Small vector geometry shared by the primitives: unit vectors, bases, signs and axes."""
 
 import numpy as np
 from numpy.typing import NDArray

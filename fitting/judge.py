@@ -53,7 +53,8 @@ CLEAR_NOISE = 1.5
 CLEAR_TREND = 4.0
 """... and if the trend is within this many standard deviations of what noise alone shows.
 
-A trend beyond it, noise correlated as the residuals are, speaks against a kind whatever the ranking says."""
+A trend beyond it even for noise that is correlated as the residuals are makes a kind doubtful, whatever the
+ranking says."""
 
 LARGE_EXACT_SHARE = 0.25
 """An exact subset of this share is no accident of sampling (two generatrices reach 0.22)."""
@@ -74,7 +75,7 @@ MOST_PATCHES = 16
 PATCH_POINTS = 8
 CLOSE_NEIGHBOURS = 3
 """Structure is looked for between at most so many patches of at least so many points, and among so many
-neighbours; not at all in clouds of fewer than two patches."""
+neighbours; not at all in clouds of fewer than two patches, or where the noise is within the rounding."""
 
 ROUNDING_NOISE = 0.3
 """Standard deviation of a rounded coordinate, in steps: 1 / sqrt 12."""
@@ -183,8 +184,8 @@ class Standing(IntEnum):
     """How good an explanation is.
 
     `DOUBTFUL` is enough if no other kind explains the cloud better, `ACCEPTABLE` if no other probable one
-    does, `CLEAR` if no simpler one does as well: what it leaves over is noise. With `CERTAIN` there is
-    nothing to ask but what the surface nearly is.
+    does, `CLEAR` if no simpler probable one does: what it leaves over is noise. With `CERTAIN` only the
+    simpler kinds that the surface nearly is are asked.
     """
 
     REFUSED = 0
@@ -282,8 +283,8 @@ def better(a: Evidence, b: Evidence) -> float:
     """How much better `a` explains the cloud than `b`: a difference in BIC, negative where `b` is better.
 
     Where either has exact points, the share of them decides and the simpler kind wins among equal shares.
-    Otherwise BIC on all points, with their noise model and the number that their correlation leaves; the more
-    general kind must make every point more likely by `LEAST_GAIN`, too.
+    Otherwise BIC: the likelihoods are those of the noise models, and the points count for as many as their
+    correlation leaves. The more general kind must gain `LEAST_GAIN` a point, too.
     Source: Schwarz, "Estimating the dimension of a model", Annals of Statistics 6, 1978.
     """
     general = b.primitive.dof - a.primitive.dof
@@ -330,7 +331,7 @@ def _structure(feet: Array, residual: Array) -> float:
 
     Patches are made of the feet of the points on the surface, not of the points: noisy points that lie close
     together are those that happen to be displaced alike. Magnitudes are looked at as well as signed
-    residuals, because two sheets of a cloud on either side of a surface have feet that mix.
+    residuals, because two sheets of a cloud on either side of a surface have feet that mix; they count less.
     """
     patches = _patches(feet)
     return max(_between(residual[patches]), MAGNITUDES * _between(np.abs(residual)[patches]))

@@ -18,6 +18,8 @@ LEAST_EXACT = 0.03
 
 MIXTURE_POINTS = 2048
 MIXTURE_ROUNDS = 20
+"""Distances that a mixture is found from, and the rounds of doing so."""
+
 LEAST_OUTLIERS, MOST_OUTLIERS = 1e-4, 0.7
 """Bounds of the share of outliers in a mixture: at 0 a single outlier would have no likelihood at all."""
 
@@ -97,8 +99,9 @@ class NoiseModel:
 
     @classmethod
     def of(cls, distance: Array, smallest: float, width: float) -> Self:
-        """The most likely mixture, by expectation maximisation on at most `MIXTURE_POINTS` distances of (N,).
+        """The most likely mixture, by expectation maximisation on distances (N,).
 
+        Of many distances every k-th is taken, at least `MIXTURE_POINTS` and fewer than twice as many.
         `smallest` is the least scale, `width` the range over which outliers are uniform.
         Source: Dempster, Laird and Rubin, JRSS B 39, 1977; outliers so modelled in Torr and Zisserman,
         "MLESAC", CVIU 78, 2000.

@@ -18,8 +18,8 @@ from fitting.search import fit_kind
 DEFAULT_CONFIG = Config()
 
 DOUBT = 0.02
-"""A kind that is less probable than this, beside an acceptable one and those that were not tried yet, is not
-held against it."""
+"""Kinds whose share of the probability is below this are not held against an acceptable one; it is their
+share of what that kind and all that were not tried yet have together."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def recognize(
 def _worth_trying(
     queue: list[str], tries: list[_Try], probabilities: Mapping[str, float], cloud: Cloud
 ) -> list[str]:
-    """Which of the kinds in the queue may explain the cloud better than what was found so far."""
+    """The kinds in the queue that may explain the cloud better than what was found; `Standing` says which."""
     acceptable = [tried for tried in tries if tried.acceptable]
     if not acceptable:
         return queue

@@ -58,8 +58,9 @@ def refine(
 def linearize(primitive: Primitive, points: Array) -> tuple[Array, Array]:
     """Signed distances (N,) and their derivatives (N, dof) by a step in minimal coordinates.
 
-    The coordinates turn an axis about the point of it that lies closest to the origin (a torus about its
-    centre), so the points should be centred there. `fitting._descent` names them and derives the derivatives.
+    The coordinates turn an axis or a normal about the point of the axis or plane that lies closest to the
+    origin (a torus about its centre), so the points should be centred there. `fitting._descent` names them
+    and has the formulas.
     """
     return _descent.derivatives(CODES[primitive.kind], primitive.row(), np.ascontiguousarray(points))
 

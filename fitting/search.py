@@ -25,11 +25,11 @@ RANKING_STEPS = 10
 SETTLED_STARTS = 24
 SETTLING_STEPS = 20
 STARTS = 5
-"""Unless the best start finds a large exact subset, so many others take so many steps, and so many of those
-are annealed."""
+"""Unless the best start finds a large exact subset, so many others take so many more steps, and so many of
+those are annealed."""
 
 RESOLVED = 1e-3
-"""Distances below which one start is not taken for better than another."""
+"""Distances, in the normalised frame, below which one start is not taken for better than another."""
 
 SAME_END = 0.03
 """Starts whose distances differ by less than this, relatively, have come to the same end."""
@@ -110,7 +110,7 @@ def distinct_starts(kind: str, starts: Array, cloud: Cloud) -> list[Array]:
 
 
 def _settled(kind: str, rows: Array, points: Array, tolerance: float, steps: int) -> tuple[Array, Array]:
-    """The rows after some steps as `settle` takes them, with their distances, the best first."""
+    """The rows after some steps of `settle`, with their distances, the best first; all of them finite."""
     if not len(rows):
         return rows, np.empty((0, len(points)))
     rows, distances = settle(kind, rows, points, tolerance, steps)

@@ -1,9 +1,9 @@
 """What a classifier sees of a cloud: numbers that rotation, translation, scale and order do not change.
 
-Five blocks: the shape of the cloud and of its Gauss map, the histogram of oriented normal vectors,
-surflet-pair relations, and how rough fits of all kinds compare. The histograms are those of method M2 of
-SHREC 2022 (Romanengo et al., 2022, section 3.2), made invariant: normals are seen from the eigenvectors of
-their own scatter, up to sign.
+The shape of the cloud and of its Gauss map, the histogram of oriented normal vectors, surflet-pair relations,
+and how rough fits of all kinds compare. The histograms are those of method M2 of SHREC 2022 (Romanengo et
+al., 2022, section 3.2), made invariant: normals are seen from the eigenvectors of their own scatter, up to
+sign.
 
 Sources: Tang et al., "Histogram of oriented normal vectors for object recognition with a depth sensor", ACCV
 2012; Wahl, Hillenbrand and Hirzinger, "Surflet-pair-relation histograms", 3DIM 2003.

@@ -1,8 +1,8 @@
-"""All five kinds fitted to one cloud, roughly and at once: what comes of it tells the kinds apart.
+"""All five kinds fitted roughly to one cloud: how well each does tells them apart.
 
-The answer's fit is made elsewhere, with care. Everything here follows the cloud when it is turned, so the
-starts about an axis come from the cloud alone: from its normals, its principal axes and the line that its
-normals meet best.
+The answer comes from another fit, in `fitting.search`. Here everything turns with the cloud, so an axis is
+looked for only where the cloud has one: in its normals, its principal axes and the line that its normals meet
+best.
 """
 
 import numpy as np
@@ -22,12 +22,14 @@ LINEAR_ROUNDS = 2
 STAGES = np.array([[48, 4, 3], [64, 8, 1], [512, 3, 1]])
 """Points, robust steps, and how many of the best go on to the next stage."""
 FLOOR = 1e-6
+"""Smallest scale of the robust steps, in rms radii of the cloud; it is added to eigenvalues, too."""
 RESOLVED = 1e-3
 """Distances, in rms radii of the cloud, below which one fit is not taken for better than another."""
 OUTLYING = 9.0
 """Squared residuals are counted up to this many squared scales."""
 
 N_ROUGH = 4 + 2 * len(KINDS) + len(KINDS) * (len(KINDS) - 1) // 2 + 5
+"""Three eigenvalues, the number of points, two distances a kind, each two kinds compared, five shapes."""
 UPPER = np.triu_indices(len(KINDS), 1)
 
 
