@@ -232,6 +232,7 @@ cdef bint descend(
     cdef double scales[MOST]
     cdef double step[MOST]
     cdef double damping = 1e-12, largest, promised, new_cost, gain
+    cdef bint solved = False
     cdef Surface candidate
     cdef int iteration, j
     cost[0] = cost_of(kernel, scale, distance, n)
@@ -251,6 +252,7 @@ cdef bint descend(
             scales[j] = sqrt(scales[j])
         while True:
             if solve(normal, gradient, scales, damping, dof, step):
+                solved = True
                 largest = 0.0
                 for j in range(dof):
                     largest = max(largest, fabs(step[j]))
@@ -273,7 +275,7 @@ cdef bint descend(
             damping = max(damping * 8.0, 1e-6)
             if damping > LARGEST_DAMPING:
                 linearize(surface, points, distance, NULL)
-                return True
+                return solved
         gain = cost[0] - new_cost
         surface[0] = candidate
         cost[0] = new_cost
@@ -439,11 +441,12 @@ cdef void step_robustly(
     """
     cdef double cost
     cdef int turn
-    linearize(surface, points, distance, NULL)
+    if steps == 0:
+        linearize(surface, points, distance, NULL)
     for turn in range(steps):
+        linearize(surface, points, distance, jacobian)
         if not absolutes(distance, points.n, absolute):
             return
-        linearize(surface, points, distance, jacobian)
         descend(
             surface, points, GEMAN_MCCLURE, max(widths * median(absolute, points.n), smallest), 1, distance,
             jacobian, &cost
@@ -475,18 +478,20 @@ def settle(
 
 def compete(
     int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths,
-    double resolved, const long[:, ::1] stages
+    double resolved, const long long[:, ::1] stages
 ):
     """The best of the rows (K, 9) after some stages, and its distances (N,); see `fitting.refine.compete`."""
     cdef Py_ssize_t k, i, n = points.shape[0], count, left = rows.shape[0], first
-    cdef Surface *surfaces = <Surface *> malloc((left + 1) * sizeof(Surface))
-    cdef double *costs = room_for(left)
-    cdef double *room = room_for((7 + MOST) * n)
+    cdef double *room = room_for((7 + MOST) * n + left + left * sizeof(Surface) // sizeof(double))
+    cdef double *costs = room + (7 + MOST) * n
+    cdef Surface *surfaces = <Surface *> (costs + left)
     cdef double *distance
     cdef double cost
     cdef Surface swap
     cdef Points seen
     cdef int stage
+    if left == 0:
+        raise ValueError("at least one start is needed")
     result, last = np.empty(9), np.empty(n)
     cdef double[::1] view = result
     cdef double[::1] last_view = last
@@ -521,8 +526,6 @@ def compete(
             left = min(left, stages[stage, 2])
         store(&surfaces[0], &view[0])
         linearize(&surfaces[0], columns(points, room), &last_view[0], NULL)
-    free(surfaces)
-    free(costs)
     free(room)
     return result, last
 

@@ -106,7 +106,7 @@ class NoiseModel:
         Source: Dempster, Laird and Rubin, JRSS B 39, 1977; outliers so modelled in Torr and Zisserman,
         "MLESAC", CVIU 78, 2000.
         """
-        few = distance[:: max(1, len(distance) // MIXTURE_POINTS)] ** 2
+        few = distance[:: -(-len(distance) // MIXTURE_POINTS)] ** 2
         scale = max(1.4826 * float(np.sqrt(np.median(few))), smallest)
         share = 0.05
         for _ in range(MIXTURE_ROUNDS):

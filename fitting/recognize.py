@@ -60,22 +60,21 @@ def recognize(
         kinds = " or ".join(config.kinds)
         raise InvalidPointCloudError(f"{len(cloud.points)} points given; a {kinds} needs at least {fewest}")
     probabilities = _rank(cloud, classifier)
-    queue = sorted(config.kinds, key=lambda kind: (-probabilities[kind], KINDS.index(kind)))
+    ranking = sorted(config.kinds, key=lambda kind: (-probabilities[kind], KINDS.index(kind)))
     tries: list[_Try] = []
-    while queue:
-        tried = _attempt(queue.pop(0), cloud, config, probabilities if classifier else None)
-        tries.append(tried)
-        if classifier:
-            queue = _worth_trying(queue, tries, probabilities, cloud)
+    while queue := _worth_trying(ranking, tries, probabilities if classifier else None):
+        tries.append(_attempt(queue[0], cloud, config, probabilities if classifier else None))
     return _conclude(tries, cloud)
 
 
 def _worth_trying(
-    queue: list[str], tries: list[_Try], probabilities: Mapping[str, float], cloud: Cloud
+    ranking: list[str], tries: list[_Try], probabilities: Mapping[str, float] | None
 ) -> list[str]:
-    """The kinds in the queue that may explain the cloud better than what was found; `Standing` says which."""
+    """The kinds, in order, that may explain the cloud better than what was found; `Standing` says which."""
+    done = {tried.attempt.kind for tried in tries}
+    queue = [kind for kind in ranking if kind not in done]
     acceptable = [tried for tried in tries if tried.acceptable]
-    if not acceptable:
+    if probabilities is None or not acceptable:
         return queue
     best = _best(acceptable)
     assert best.evidence
@@ -84,6 +83,7 @@ def _worth_trying(
     left = probabilities[primitive.kind] + sum(probabilities[kind] for kind in queue)
 
     def worth(kind: str) -> bool:
+        assert probabilities is not None
         simpler = PRIMITIVES[kind].dof < primitive.dof
         probable = probabilities[kind] >= DOUBT * left or best.standing == Standing.DOUBTFUL
         asked = best.standing < Standing.CLEAR or (simpler and best.standing < Standing.CERTAIN)

@@ -306,8 +306,8 @@ def see(rng: Generator, recipe: ScannerRecipe, kind: str, count: int) -> Sight:
         chosen = np.flatnonzero(crop(rng, clean)) if keeps < 1.0 else np.arange(len(clean))
         chosen = np.sort(rng.permutation(chosen)[:count])
         extent = float(np.linalg.norm(np.ptp(clean[chosen], axis=0)))
-        least = deviation(patch, clean[chosen])
-        if not recipe.decidable or least >= LEAST_DEVIATION * extent:
+        least = deviation(patch, clean[chosen]) if recipe.decidable else np.inf
+        if least >= LEAST_DEVIATION * extent:
             break
     clean = clean[chosen]
     directions = np.concatenate([view.directions for view in views])[chosen]
@@ -318,8 +318,7 @@ def see(rng: Generator, recipe: ScannerRecipe, kind: str, count: int) -> Sight:
     length = length if length > 1.0 else 0.0
     tolerable = bearable_noise(least, count / (1.0 + np.pi / 2 * length**2))
     noise = 0.0 if rng.random() < recipe.noiseless else extent * log_uniform(rng, recipe.noise)
-    if recipe.decidable:
-        noise = min(noise, tolerable)
+    noise = min(noise, tolerable)
     weights = sigma_weights(
         np.concatenate([view.distance for view in views])[chosen],
         np.concatenate([view.cosine for view in views])[chosen],

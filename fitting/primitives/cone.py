@@ -17,9 +17,6 @@ import numpy as np
 from fitting.axes import Seen, axis_directions, robust_linear_solve
 from fitting.geometry import TINY, Array, around_axis, basis, foot_of_origin, rows, unit, vector
 
-SMALLEST_ANGLE = 1e-9
-"""Half-angles are kept this far [rad] from 0 and from 90 degrees, where the apex or the nappe is lost."""
-
 CYLINDER_LIKE = np.radians(5.0)
 PLANE_LIKE = np.radians(80.0)
 """Half-angles outside these ask for a look at the cylinder or the plane."""
