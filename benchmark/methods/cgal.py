@@ -85,7 +85,7 @@ class Cgal:
 
 
 def seed() -> None:
-    """Set CGAL's random numbers as a seed of 0 does; the bindings have no function for it."""
+    """Set CGAL's random numbers as a seed of 0 does, on Linux; the bindings have no function for it."""
     library = ctypes.CDLL(_CGAL_Shape_detection.__file__)
     (ctypes.c_uint64 * 3).in_dll(library, GENERATOR)[:] = [0, 0, 0x330E]
 
