@@ -36,6 +36,7 @@ NOTE = 300
 def main() -> None:
     """Serve requests on the file descriptor that is the first argument, until its other end is closed."""
     limit_memory()
+    stay_on_one_processor()
     connection: Connection[Any, Any] = Connection(int(sys.argv[1]))
     while True:
         try:
@@ -43,6 +44,12 @@ def main() -> None:
         except EOFError:
             return
         connection.send(reply(**request))
+
+
+def stay_on_one_processor() -> None:
+    """One thread at a time for libraries that read no environment variable, too, where the system can."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def limit_memory() -> None:
