@@ -166,6 +166,25 @@ def test_fifty_noisy_points_are_enough(primitive: Primitive) -> None:
     assert answer.primitive.kind == primitive.kind
 
 
+class TorusFirst(Sure):
+    """Ranks the torus first and the plane nearly last."""
+
+    def __init__(self) -> None:
+        super().__init__("torus")
+
+    def rank(self, points: np.ndarray, normals: np.ndarray) -> Mapping[str, float]:
+        return {"plane": 0.01, "sphere": 0.03, "cylinder": 0.03, "cone": 0.03, "torus": 0.9}
+
+
+def test_a_kind_left_out_comes_back_when_the_best_one_changes() -> None:
+    """Beside the torus the plane is improbable; beside the large sphere that replaces it, it is asked for."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform(-1.0, 1.0, (1000, 3))
+    points[:, 2] = rng.normal(0.0, 0.01, 1000)
+    answer = recognize(points, classifier=TorusFirst())
+    assert answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == "plane"
+
+
 def test_a_shallow_arc_is_not_called_a_plane_at_once() -> None:
     """The sagitta of 10 degrees is less than the noise; only the trend over the whole cloud shows it."""
     rng = np.random.default_rng(0)

@@ -51,10 +51,10 @@ def test_probabilities_are_smooth_and_sum_to_one(knn):
 
 
 def test_right_on_fresh_seeds(knn, fresh):
-    """Held-back clouds reach 97 %; the floors leave about three standard deviations to 300 draws."""
+    """Held-back clouds reach 98.6 %; the floors leave about three standard deviations to 300 draws."""
     rank = rank_of_truth(knn.probabilities(fresh.rows), fresh.labels)
-    assert np.mean(rank == 0) >= 0.93
-    assert np.mean(rank <= 1) >= 0.96
+    assert np.mean(rank == 0) >= 0.96
+    assert np.mean(rank <= 1) >= 0.97
     for kind in range(len(KINDS)):
         assert np.mean(rank[fresh.labels == kind] == 0) >= 0.85
 
@@ -64,7 +64,7 @@ def test_the_card_agrees_with_fresh_seeds(knn, fresh):
     rank = rank_of_truth(knn.probabilities(fresh.rows), fresh.labels)
     assert card.metrics["benchmark"]["top1"] == pytest.approx(np.mean(rank == 0), abs=0.03)
     assert card.metrics["benchmark"]["top1"] >= 0.88
-    assert card.metrics["scanner"]["top1"] >= 0.8
+    assert card.metrics["scanner"]["top1"] >= 0.85
 
 
 @pytest.mark.parametrize("index", range(10))

@@ -47,6 +47,7 @@ def test_right_on_fresh_seeds_as_often_as_the_card_says(network, fresh, family):
     probabilities = network.probabilities(data.rows)
     rank = rank_of_truth(probabilities, data.labels)
     card = load("network")[1].metrics[family]
+    assert card["top1"] >= 0.95 and card["top2"] >= 0.99 and card["calibration_error"] <= 0.03
     assert np.mean(rank == 0) >= card["top1"] - 0.06
     assert np.mean(rank <= 1) >= card["top2"] - 0.04
     assert calibration_error(probabilities, data.labels) <= 0.08
