@@ -59,11 +59,13 @@ def recognize(
     if len(cloud.points) < fewest:
         kinds = " or ".join(config.kinds)
         raise InvalidPointCloudError(f"{len(cloud.points)} points given; a {kinds} needs at least {fewest}")
-    probabilities = _rank(cloud, classifier)
-    ranking = sorted(config.kinds, key=lambda kind: (-probabilities[kind], KINDS.index(kind)))
+    probabilities = _rank(cloud, classifier) if classifier else None
+    ranking = sorted(config.kinds, key=KINDS.index)
+    if probabilities:
+        ranking.sort(key=lambda kind: -probabilities[kind])
     tries: list[_Try] = []
-    while queue := _worth_trying(ranking, tries, probabilities if classifier else None):
-        tries.append(_attempt(queue[0], cloud, config, probabilities if classifier else None))
+    while queue := _worth_trying(ranking, tries, probabilities):
+        tries.append(_attempt(queue[0], cloud, config, probabilities))
     return _conclude(tries, cloud)
 
 
@@ -74,7 +76,7 @@ def _worth_trying(
     done = {tried.attempt.kind for tried in tries}
     queue = [kind for kind in ranking if kind not in done]
     acceptable = [tried for tried in tries if tried.acceptable]
-    if probabilities is None or not acceptable:
+    if not probabilities or not acceptable:
         return queue
     best = _best(acceptable)
     assert best.evidence
@@ -82,19 +84,16 @@ def _worth_trying(
     nearly = primitive.simpler_kinds(extent=1.0)
     left = probabilities[primitive.kind] + sum(probabilities[kind] for kind in queue)
 
-    def worth(kind: str) -> bool:
-        assert probabilities is not None
+    def worth(kind: str, probability: float) -> bool:
         simpler = PRIMITIVES[kind].dof < primitive.dof
-        probable = probabilities[kind] >= DOUBT * left or best.standing == Standing.DOUBTFUL
+        probable = probability >= DOUBT * left or best.standing == Standing.DOUBTFUL
         asked = best.standing < Standing.CLEAR or (simpler and best.standing < Standing.CERTAIN)
         return kind in nearly or (probable and asked)
 
-    return [kind for kind in queue if worth(kind)]
+    return [kind for kind in queue if worth(kind, probabilities[kind])]
 
 
-def _rank(cloud: Cloud, classifier: Classifier | None) -> Mapping[str, float]:
-    if classifier is None:
-        return dict.fromkeys(KINDS, 1.0 / len(KINDS))
+def _rank(cloud: Cloud, classifier: Classifier) -> Mapping[str, float]:
     return classifier.rank(cloud.working[cloud.sample[: len(cloud.normals)]], cloud.normals)
 
 

@@ -59,7 +59,9 @@ def rough_fits(points: Array, normals: Array, line: RevolutionAxis) -> tuple[Arr
     """A row (9,) of each kind, stacked, and the distances (5, N) of the points from each."""
     few, few_normals = evenly(STARTING_POINTS, points, normals)
     fits, distances = np.empty((len(KINDS), 9)), np.empty((len(KINDS), len(points)))
-    for k, (kind, found) in enumerate(starts(few, few_normals, line).items()):
+    rough = starts(few, few_normals, line)
+    for k, kind in enumerate(KINDS):
+        found = rough[kind]
         if kind == "torus":
             along = Torus.rows_along(fits[KINDS.index("cylinder")], few, few_normals, LINEAR_ROUNDS)
             found = np.vstack([found, along])

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fitting.axes import random_subsets
-from fitting.geometry import Array, basis, canonical_direction, rows, unit, vector
+from fitting.geometry import Array, basis, canonical_direction, cross, rows, unit, vector
 
 RANDOM_PLANES = 24
 
@@ -50,7 +50,7 @@ class Plane:
         center = points.mean(axis=0)
         _, vectors = np.linalg.eigh((points - center).T @ (points - center))
         corners = points[random_subsets(len(points), 3, RANDOM_PLANES, rng)]
-        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         length = np.linalg.norm(across, axis=1)
         wide = length > 1e-9
         directions = np.vstack([vectors[:, 0], across[wide] / length[wide, None]])
