@@ -258,22 +258,20 @@ def foreign(seed: int, index: int) -> Case:
 
 # -- pieces whose noise is known ----------------------------------------------------------------------------
 
-MEMBERS = ("the simpler", "the other")
+AMBIGUOUS, CLEAR = GAINS
+PAIR_GROUPS = (*PAIRS, *(f"{pair}, clear" for pair in PAIRS))
 
 
 def ambiguity(seed: int, index: int) -> Case:
-    """One of a pair of surfaces of different kinds; each pair and surface at both levels."""
-    member, piece, level = turn(
-        index, tuple(f"{pair}, {one}" for pair in PAIRS for one in MEMBERS), tuple(GAINS)
-    )
-    pair, one = member.rsplit(", ", 1)
-    rng = np.random.default_rng([seed, piece, 5])
-    drawn = pair_cloud(rng, pair, one == MEMBERS[0], GAINS[level])
-    made = case(index, drawn, {"the pair is": level, "pair": pair, "the cloud is of": one})
+    """Both surfaces of each pair in turn, at both levels."""
+    members = tuple(f"{pair}{end}" for pair in PAIRS for end in (", simpler", ""))
+    member, piece, level = turn(index, members, tuple(GAINS))
+    pair = member.removesuffix(", simpler")
+    drawn = pair_cloud(np.random.default_rng([seed, piece, 5]), pair, pair != member, GAINS[level])
+    group = f"{pair}, clear" if level == CLEAR else pair
+    made = case(index, drawn, {"the pair is": level, "pair": group})
     return replace(made, ambiguous=level == AMBIGUOUS)
 
-
-AMBIGUOUS = next(iter(GAINS))
 
 ROUND = ("sphere", "cylinder")
 OBJECTS = {"whole": 360.0, "of 120 degrees": 120.0}
@@ -429,7 +427,7 @@ CASE_SETS: dict[str, CaseSet] = {
             "alone; and 95 % intervals reach four times as far. The right answer is `ambiguous`; methods "
             "that are given the kind are not asked. *Clearly distinguishable*: the same pieces with a 71st "
             "of the noise, a gain of 500. The true kind is right.",
-            {"the pair is": tuple(GAINS), "pair": tuple(PAIRS), "the cloud is of": MEMBERS},
+            {"the pair is": tuple(GAINS), "pair": PAIR_GROUPS},
         ),
         96,
         960,

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmark.cases import OBJECTS, ROUND
-from benchmark.pieces import GAINS, NOISE_LAWS
+from benchmark.cases import AMBIGUOUS, CLEAR, OBJECTS, ROUND
+from benchmark.pieces import NOISE_LAWS
 from benchmark.records import Record
 from benchmark.report.data import OURS, Data
 from benchmark.report.markdown import NOTHING, percent, scientific, table
@@ -143,7 +143,6 @@ def _radius_errors(records: Records) -> Iterator[tuple[str, np.ndarray]]:
                 yield f"{kind} {shape}", np.array(errors, float)
 
 
-HIDDEN, CLEAR = GAINS
 A9 = ("perturbation", "A9")
 
 BARS: tuple[Bar, ...] = (
@@ -216,7 +215,7 @@ BARS: tuple[Bar, ...] = (
         "`ambiguous` on at least 90 %",
         ("ambiguity",),
         at_least(0.9, has_status("ambiguous")),
-        (("the pair is", HIDDEN, True),),
+        (("the pair is", AMBIGUOUS, True),),
     ),
     Bar(
         "clearly distinguishable pairs",

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.report.bars import BARS, HIDDEN, held_to, mean_fitting_error, quartile_and_mean
+from benchmark.cases import AMBIGUOUS, CLEAR
+from benchmark.report.bars import BARS, held_to, mean_fitting_error, quartile_and_mean
 from benchmark.report.data import Data
 from benchmark.track import TRACK
 from tests.benchmark.made import record
@@ -49,7 +50,7 @@ def test_what_was_not_run_is_said():
         ("scanner", {}, "plane", "no_fit", 2, ("benchmark clouds and scans", "`no_fit` on at most 1 %")),
         (
             "ambiguity",
-            {"the pair is": HIDDEN},
+            {"the pair is": AMBIGUOUS},
             "ambiguous",
             "plane",
             20,
@@ -57,7 +58,7 @@ def test_what_was_not_run_is_said():
         ),
         (
             "ambiguity",
-            {"the pair is": "clearly distinguishable"},
+            {"the pair is": CLEAR},
             "plane",
             "ambiguous",
             4,
@@ -67,7 +68,7 @@ def test_what_was_not_run_is_said():
 )
 def test_a_bar_is_met_up_to_its_share_of_200_clouds(set_, groups, good, bad, most_bad, where):
     kind = {"foreign": "foreign", "ambiguity": "ambiguous"}.get(set_, "plane")
-    if groups.get("the pair is") == "clearly distinguishable":
+    if groups.get("the pair is") == CLEAR:
         kind = "plane"
 
     def cells(bad_ones: int) -> list[str]:

@@ -178,6 +178,7 @@ def test_ambiguous_pairs_have_no_right_kind_and_clear_ones_do():
     cases = [CASE_SETS["ambiguity"].draw(1, index) for index in range(4 * len(PAIRS))]
     hidden, clear = cases[: 2 * len(PAIRS)], cases[2 * len(PAIRS) :]
     assert {case.kind for case in hidden} == {"ambiguous"} and all(case.truth for case in hidden)
+    assert [case.groups["pair"] for case in clear] == [case.groups["pair"] + ", clear" for case in hidden]
     kinds = [name for pair in PAIRS for name in pair.split(" or ")]
     assert [case.kind for case in clear] == [case.truth.kind for case in hidden] == kinds
     for one, other in zip(hidden, clear, strict=True):
