@@ -48,8 +48,8 @@ LARGEST_BIASED_STRUCTURE = 0.6
 LARGEST_EXCESS = 3.5
 EXCESS_STRUCTURE = 0.12
 EXCESS_TREND = 35.0
-"""Noise that is this many times what neighbours scatter about local planes must show less structure than this,
-or the product of both its excess and its trend must be smaller.
+"""Noise that is this many times what neighbours scatter about local planes must show less structure than
+this, or the product of its excess and its trend must be smaller than that.
 
 Correlated noise shows the one or the other, a wrong shape mostly all."""
 
@@ -206,7 +206,8 @@ class Evidence:
 class Standing(IntEnum):
     """How good an explanation is.
 
-    `SUSPECT` ones are refused unless another kind is good enough: then they compete, too. `DOUBTFUL` is enough if no other kind explains the cloud better, `ACCEPTABLE` if no other probable one
+    `SUSPECT` ones are refused unless another kind is good enough: then they compete, too.
+    `DOUBTFUL` is enough if no other kind explains the cloud better, `ACCEPTABLE` if no other probable one
     does, `CLEAR` if no simpler probable one does: what it leaves over is noise. With `CERTAIN` only the
     simpler kinds that the surface nearly is are asked.
     """
@@ -242,7 +243,9 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, only: bool)
     if share < least:
         return Verdict(Standing.REFUSED, f"only {share:.0%} of the points are near it (at least {least:.0%})")
     if evidence.second_surface > LARGEST_SECOND_SURFACE:
-        second = f"{evidence.second_surface:.0%} of the points are far from it and form a surface of their own"
+        second = (
+            f"{evidence.second_surface:.0%} of the points are far from it and form a surface of their own"
+        )
         return Verdict(Standing.REFUSED, f"{second} (at most {LARGEST_SECOND_SURFACE:.0%})")
     if max_error is not None:
         return _by_threshold(evidence.mean_inlier_distance / cloud.diagonal, max_error)
@@ -300,7 +303,7 @@ def _by_noise(evidence: Evidence, cloud: Cloud) -> Verdict:
             f"(at most {LARGEST_EXCESS})",
         )
     uncorrelated = excess > CLEAR_NOISE and excess * evidence.trend > DOUBTFUL_TREND
-    if uncorrelated or evidence.trend > CLEAR_TREND * _points_alike(evidence.correlation):
+    if uncorrelated or evidence.trend > CLEAR_TREND * points_alike(evidence.correlation):
         return Verdict(Standing.DOUBTFUL, spread)
     clear = (
         evidence.trend <= CLEAR_TREND
@@ -331,12 +334,12 @@ def better(a: Evidence, b: Evidence) -> float:
         if abs(a.exact_share - b.exact_share) > EQUAL_SHARES * max(a.exact_share, b.exact_share):
             return np.inf if a.exact_share > b.exact_share else -np.inf
         return np.inf if general > 0 else -np.inf
-    n = max(len(a.distance) / _points_alike(min(a.correlation, b.correlation)), 1.0)
+    n = max(len(a.distance) / points_alike(min(a.correlation, b.correlation)), 1.0)
     gain = (a.noise.log_likelihood - b.noise.log_likelihood) / len(a.distance)
     return n * 2.0 * (gain + float(np.sign(general)) * LEAST_GAIN) + general * float(np.log(n))
 
 
-def _points_alike(correlation: float) -> float:
+def points_alike(correlation: float) -> float:
     """How many points share one piece of information where neighbours are correlated; 1 for independent ones.
 
     The integral of an exponential correlation over the surface, in units of the points' spacing; the number

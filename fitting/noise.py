@@ -139,8 +139,8 @@ class NoiseModel:
             for share, size in MIXTURE_STARTS.items()
         ]
         mixtures = [_maximized(few, max(start, smallest), smallest, width) for start in starts]
-        scale, share = max(mixtures, key=lambda mixture: _log_likelihood(few, *mixture, width))
-        return cls(scale, share, _log_likelihood(distance**2, scale, share, width))
+        scale, share = max(mixtures, key=lambda mixture: _log_likelihood(few, mixture, width))
+        return cls(scale, share, _log_likelihood(distance**2, (scale, share), width))
 
 
 def _maximized(squared: Array, scale: float, smallest: float, width: float) -> tuple[float, float]:
@@ -157,7 +157,8 @@ def _maximized(squared: Array, scale: float, smallest: float, width: float) -> t
     return scale, share
 
 
-def _log_likelihood(squared: Array, scale: float, share: float, width: float) -> float:
+def _log_likelihood(squared: Array, mixture: tuple[float, float], width: float) -> float:
+    scale, share = mixture
     return float(np.log((1.0 - share) * _normal(squared, scale) + share / width).sum())
 
 

@@ -10,7 +10,17 @@ from fitting.cloud import Cloud
 from fitting.config import Config
 from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array
-from fitting.judge import STRONG_EVIDENCE, Evidence, Standing, better, judge, summarize
+from fitting.judge import (
+    ROUNDING_NOISE,
+    STRONG_EVIDENCE,
+    Evidence,
+    Standing,
+    better,
+    judge,
+    points_alike,
+    summarize,
+)
+from fitting.nesting import intervals
 from fitting.primitives import KINDS, PRIMITIVES
 from fitting.result import Attempt, FailedFit, Recognition
 from fitting.search import fit_kind
@@ -18,8 +28,10 @@ from fitting.search import fit_kind
 DEFAULT_CONFIG = Config()
 
 DOUBT = 0.02
-"""Kinds whose share of the probability is below this are not held against an acceptable one; it is their
-share of what that kind and all that were not tried yet have together."""
+FEW, FEW_DOUBT = 60, 0.004
+"""Kinds whose share of the probability is below the doubt are not held against an acceptable one; it is their
+share of what that kind and all that were not tried yet have together. In a cloud of few points, where a
+general kind may explain the noise, the lower one holds for simpler kinds."""
 
 
 @dataclass(frozen=True)
@@ -64,13 +76,17 @@ def recognize(
     if probabilities:
         ranking.sort(key=lambda kind: -probabilities[kind])
     tries: list[_Try] = []
-    while queue := _worth_trying(ranking, tries, probabilities):
+    while queue := _worth_trying(ranking, tries, probabilities, len(cloud.working)):
         tries.append(_attempt(queue[0], cloud, config, probabilities))
-    return _conclude(tries, cloud)
+    nested = _nested(tries, cloud)
+    done = {tried.attempt.kind for tried in tries}
+    missing = [kind for kind in ranking if kind in nested and kind not in done]
+    tries += [_attempt(kind, cloud, config, probabilities) for kind in missing]
+    return _conclude(tries, {kind for kind, is_open in nested.items() if is_open}, cloud)
 
 
 def _worth_trying(
-    ranking: list[str], tries: list[_Try], probabilities: Mapping[str, float] | None
+    ranking: list[str], tries: list[_Try], probabilities: Mapping[str, float] | None, n_points: int
 ) -> list[str]:
     """The kinds, in order, that may explain the cloud better than what was found; `Standing` says which."""
     done = {tried.attempt.kind for tried in tries}
@@ -86,11 +102,32 @@ def _worth_trying(
 
     def worth(kind: str, probability: float) -> bool:
         simpler = PRIMITIVES[kind].dof < primitive.dof
-        probable = probability >= DOUBT * left or best.standing == Standing.DOUBTFUL
+        doubt = FEW_DOUBT if simpler and n_points < FEW else DOUBT
+        probable = probability >= doubt * left or best.standing == Standing.DOUBTFUL
         asked = best.standing < Standing.CLEAR or (simpler and best.standing < Standing.CERTAIN)
         return kind in nearly or (probable and asked)
 
     return [kind for kind in queue if worth(kind, probabilities[kind])]
+
+
+def _nested(tries: list[_Try], cloud: Cloud) -> dict[str, bool]:
+    """More general kinds than the best try's for which the points speak; True for those that they leave open."""
+    acceptable = [tried for tried in tries if tried.acceptable]
+    if not acceptable:
+        return {}
+    best = _best(acceptable)
+    evidence = best.evidence
+    assert evidence
+    if best.standing == Standing.CERTAIN or evidence.exact.any():
+        return {}
+    near, alike = evidence.inlier, points_alike(evidence.correlation)
+    scale = max(evidence.noise_scale, ROUNDING_NOISE * evidence.rounding)
+    found = intervals(evidence.primitive, cloud.working[near], evidence.distance[near], scale, cloud.diagonal)
+    return {
+        kind: interval.is_open
+        for kind, interval in found.items()
+        if interval.is_open or interval.is_significant(alike)
+    }
 
 
 def _rank(cloud: Cloud, classifier: Classifier) -> Mapping[str, float]:
@@ -116,8 +153,8 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
     return _Try(attempt, evidence, verdict.standing)
 
 
-def _conclude(tries: list[_Try], cloud: Cloud) -> Recognition:
-    """Choose among the acceptable tries, or name the best of the others."""
+def _conclude(tries: list[_Try], open_kinds: set[str], cloud: Cloud) -> Recognition:
+    """Choose among the acceptable tries, or name the best of the others; open kinds compete with it."""
     if any(tried.acceptable for tried in tries):
         tries = [_reconsidered(tried) for tried in tries]
     fits = [tried for tried in tries if tried.evidence]
@@ -131,6 +168,9 @@ def _conclude(tries: list[_Try], cloud: Cloud) -> Recognition:
         message = f"no allowed kind explains the cloud; the best try is a {name}: {best.attempt.reason}"
         return _recognition("no_fit", best, [], tries, message, cloud)
     rivals = [t for t in acceptable if t is not best and _rivals(best, t)]
+    rivals += [
+        t for t in fits if t.attempt.kind in open_kinds and t not in (best, *rivals) and _equals(best, t)
+    ]
     tries = [
         _second(tried, best)
         if tried.acceptable and not any(tried is kept for kept in (best, *rivals))
@@ -169,6 +209,12 @@ def _rivals(best: _Try, other: _Try) -> bool:
     assert best.evidence and other.evidence
     simpler = best.evidence.primitive.dof < other.evidence.primitive.dof
     return not simpler and _advantage(best, other) < STRONG_EVIDENCE
+
+
+def _equals(best: _Try, other: _Try) -> bool:
+    """Whether the other try, of a more general kind, is about as likely as the best."""
+    assert best.evidence and other.evidence
+    return best.evidence.noise.log_likelihood - other.evidence.noise.log_likelihood < STRONG_EVIDENCE / 2.0
 
 
 def _second(tried: _Try, best: _Try) -> _Try:

@@ -71,7 +71,7 @@ class Annealed:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What a search looks at: points (N, 3) in random order, unit normals (L, 3) at the first, the rounding."""
+    """What a search looks at: points (N, 3) in random order, normals (L, 3) at the first, the rounding."""
 
     points: Array
     normals: Array
