@@ -22,8 +22,8 @@ LARGEST_TURN = 0.11
 LARGEST_HALF_ANGLE = 0.05
 LARGEST_TAPER = 0.05
 LARGEST_BEND = 0.25
-"""... the sides of what passes for a cylinder may lean, unless that changes its radius by less than this share
-of it, and its axis may turn over its length."""
+"""... the sides of what passes for a cylinder may lean, unless that changes its radius by less than this
+share of it, and its axis may turn over its length."""
 LARGEST_HOLE = 0.15
 LARGEST_DIFFERENCE = 1.0
 """A sphere may be a torus with this major radius, in minor ones, and a cap may have principal curvatures that

@@ -111,7 +111,7 @@ def _worth_trying(
 
 
 def _nested(tries: list[_Try], cloud: Cloud) -> dict[str, bool]:
-    """More general kinds than the best try's for which the points speak; True for those that they leave open."""
+    """More general kinds than the best try's for which the points speak; True where they leave it open."""
     acceptable = [tried for tried in tries if tried.acceptable]
     if not acceptable:
         return {}
