@@ -12,6 +12,7 @@ from importlib.metadata import version
 
 from app.engine import fit
 from fitting.config import Config
+from fitting.constraints import Constraints
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
 from fitting.recognize import recognize
@@ -24,6 +25,7 @@ __all__ = [
     "Attempt",
     "Cone",
     "Config",
+    "Constraints",
     "Cylinder",
     "ErrorSummary",
     "InvalidOptionError",

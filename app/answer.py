@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 import orjson
 
-from app.readers.cloud import Cloud
+from app.readers.cloud import Array, Cloud
+from fitting.constraints import Constraints
+from fitting.guess import guess_of
 from fitting.primitives import KINDS, Primitive, parameters
 from fitting.result import Attempt, ErrorSummary, Recognition
 from models import load_classifier
@@ -33,6 +35,7 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
         "extents": None,
         "uncertainty": None,
         "error": _error(recognition.error),
+        "active_constraints": dict(recognition.active_constraints),
         "attempts": [_attempt(attempt) for attempt in recognition.attempts],
         "receipt": receipt(cloud, options),
     }
@@ -47,10 +50,12 @@ def receipt(cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
     """What was fitted and how: enough to repeat it."""
     kinds = options.get("kinds")
     classifier = options.get("classifier", "network")
-    points = np.ascontiguousarray(cloud.points, "<f8")
+    constraints, guess = options.get("constraints"), options.get("initial_guess")
+    counts = cloud.standard_deviations if cloud.weights is None else cloud.weights
     return {
-        "input_sha256": sha256(points.data).hexdigest(),
-        "n_points": len(points),
+        "input_sha256": _sha256(cloud.points),
+        "weights_sha256": None if counts is None else _sha256(counts),
+        "n_points": len(cloud.points),
         "format": cloud.format,
         "columns": list(cloud.columns),
         "options": {
@@ -59,9 +64,15 @@ def receipt(cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
             "criterion": options.get("criterion", "robust"),
             "max_error": options.get("max_error"),
             "seed": options.get("seed", 0),
+            "constraints": None if constraints is None else Constraints.of(constraints).plain(),
+            "initial_guess": None if guess is None else parameters(guess_of(guess)),
         },
         "versions": versions(classifier),
     }
+
+
+def _sha256(numbers: Array) -> str:
+    return sha256(np.ascontiguousarray(numbers, "<f8").data).hexdigest()
 
 
 @cache

@@ -50,6 +50,19 @@ MaxError = Annotated[
         "by default it follows from the noise of the cloud."
     ),
 ]
+Constraint = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--constraint",
+        metavar="NAME=VALUE",
+        help="What is known (repeatable): radius=5, radius=4..6, axis=0,0,1, axis=0,0,1@0.05 (radians), "
+        "center=1,2,3; also major_radius, minor_radius, half_angle, normal, apex, point.",
+    ),
+]
+InitialGuess = Annotated[
+    str | None,
+    typer.Option(metavar="JSON", help="A primitive, as in an answer, that joins the starts of its kind."),
+]
 Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", show_default="0")]
 
 app = typer.Typer(
@@ -90,6 +103,8 @@ def fit(
     criterion: Criterion = None,
     max_error: MaxError = None,
     seed: Seed = None,
+    constraint: Constraint = None,
+    initial_guess: InitialGuess = None,
 ) -> None:
     """Recognise and fit the cloud in each FILE.
 
@@ -104,7 +119,7 @@ def fit(
     from app.files import Problem, answer_files
     from app.render import render
 
-    options = _options(kind, classifier, criterion, max_error, seed)
+    options = _options(kind, classifier, criterion, max_error, seed, constraint, initial_guess)
     console = Console(highlight=False)
     worst = 0
     for name, answer in zip(files, answer_files(files, options, workers=1), strict=True):
@@ -143,6 +158,8 @@ def batch(
     criterion: Criterion = None,
     max_error: MaxError = None,
     seed: Seed = None,
+    constraint: Constraint = None,
+    initial_guess: InitialGuess = None,
 ) -> None:
     """Recognise and fit many clouds; the answer of each goes into a file of its own.
 
@@ -150,7 +167,7 @@ def batch(
     """
     from app.batch import CollisionError, plan, run
 
-    options = _options(kind, classifier, criterion, max_error, seed)
+    options = _options(kind, classifier, criterion, max_error, seed, constraint, initial_guess)
     try:
         targets = plan(inputs, out, format)
     except CollisionError as error:
@@ -244,21 +261,44 @@ def _options(
     criterion: Literal["robust", "least_squares"] | None,
     max_error: float | None,
     seed: int | None,
+    constraint: list[str] | None,
+    initial_guess: str | None,
 ) -> dict[str, Any]:
     """The options that were given, as the engine takes them, checked before the first file is read."""
+    from app.constraint_flags import parse_constraints
     from fitting.config import Config
+    from fitting.constraints import Constraints
     from fitting.errors import InvalidOptionError
+    from fitting.guess import guess_of
 
     given = {"criterion": criterion, "max_error": max_error, "seed": seed}
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if kind:
         options["kinds"] = list(dict.fromkeys(str(k) for k in kind))
     try:
-        Config(**options)
+        checked = dict(options)
+        if constraint:
+            options["constraints"] = parse_constraints(constraint)
+            checked["constraints"] = Constraints.of(options["constraints"])
+        if initial_guess is not None:
+            options["initial_guess"] = _json(initial_guess)
+            checked["initial_guess"] = guess_of(options["initial_guess"])
+        Config(**checked)
     except InvalidOptionError as error:
-        _complain("--" + error.field.replace("_", "-"), str(error))
+        flag = error.field.partition(".")[0].replace("constraints", "constraint").replace("_", "-")
+        _complain(f"--{flag}", str(error))
         raise typer.Exit(BAD_INPUT) from None
     return options if classifier is None else options | {"classifier": classifier}
+
+
+def _json(text: str) -> Any:
+    """The value of a JSON text, or the text itself where it is none, for a complaint that shows it."""
+    import orjson
+
+    try:
+        return orjson.loads(text)
+    except orjson.JSONDecodeError:
+        return text
 
 
 def _complain(subject: str, message: str) -> None:

@@ -1,20 +1,23 @@
 """The one object that REST, command line and Python call: points in, `Recognition` out."""
 
-from collections.abc import Sequence
-from typing import cast
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from app.readers.cloud import Cloud
 from fitting.config import Config, Criterion
+from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 from fitting.geometry import Array
-from fitting.primitives import KINDS
+from fitting.guess import guess_of
+from fitting.primitives import KINDS, Primitive
 from fitting.recognize import recognize
 from fitting.result import Recognition
 from models import CLASSIFIERS, load_classifier
 
-__all__ = ["InvalidOptionError", "InvalidPointCloudError", "Recognition", "fit"]
+__all__ = ["InvalidOptionError", "InvalidPointCloudError", "Recognition", "fit", "fit_cloud"]
 
 
 def fit(
@@ -26,6 +29,10 @@ def fit(
     max_error: float | None = None,
     seed: int = 0,
     normals: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    standard_deviations: ArrayLike | None = None,
+    constraints: Mapping[str, Any] | None = None,
+    initial_guess: Primitive | Mapping[str, Any] | None = None,
 ) -> Recognition:
     """Say which primitive a cloud is, with its parameters and the trail of attempts.
 
@@ -39,6 +46,12 @@ def fit(
         the bounding-box diagonal; None derives the threshold from the cloud's own noise
     seed : of every random choice; the same seed gives the same answer
     normals : (N, 3) unit normals with arbitrary signs, or None to estimate them
+    weights : (N,) how much each point counts in the last refinement, not negative; 0 leaves it out
+    standard_deviations : (N,) of the noise of each point [length], in place of weights
+    constraints : parameters that are fixed or bounded: `{"radius": {"value": 5}}`, `{"radius": {"min": 4,
+        "max": 6}}`, `{"axis": {"direction": [0, 0, 1], "max_angle": 0.05}}`, `{"center": [0, 0, 0]}`; each
+        acts on the kinds that have such a parameter
+    initial_guess : a primitive, or its parameters with `kind`, that joins the starts of its kind
 
     Raises
     ------
@@ -54,9 +67,24 @@ def fit(
         criterion=cast(Criterion, criterion),
         max_error=max_error,
         seed=seed,
+        constraints=UNCONSTRAINED if constraints is None else Constraints.of(constraints),
+        initial_guess=guess_of(initial_guess) if isinstance(initial_guess, Mapping) else initial_guess,
     )
     given = None if normals is None else _array(normals, "normals")
-    return recognize(_array(points, "points"), config, load_classifier(classifier), given)
+    return recognize(
+        _array(points, "points"), config, load_classifier(classifier), given, weights, standard_deviations
+    )
+
+
+def fit_cloud(cloud: Cloud, options: Mapping[str, Any]) -> Recognition:
+    """`fit` of a cloud as it was read, with checked options."""
+    return fit(
+        cloud.points,
+        normals=cloud.normals,
+        weights=cloud.weights,
+        standard_deviations=cloud.standard_deviations,
+        **options,
+    )
 
 
 def _array(values: ArrayLike, field: str) -> Array:

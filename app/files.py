@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from app.answer import answer
-from app.engine import fit
+from app.engine import fit_cloud
 from app.readers import Cloud, UnreadableFileError, read
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 
@@ -37,7 +37,7 @@ def answer_file(name: str, options: Mapping[str, Any]) -> dict[str, Any] | Probl
         data = sys.stdin.buffer.read() if name == STDIN else Path(name).read_bytes()
         cloud = read(data)
         used = _with_options_of(cloud, options)
-        return answer(fit(cloud.points, normals=cloud.normals, **used), cloud, used)
+        return answer(fit_cloud(cloud, used), cloud, used)
     except OSError as error:
         return Problem(name, error.strerror or str(error))
     except UnreadableFileError as error:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from app.answer import answer, to_json, versions
-from app.engine import fit
+from app.engine import fit, fit_cloud
 from app.multipart import split_parts
 from app.options import check_options, parse_options
 from app.problems import MEDIA_TYPE, problem
@@ -66,7 +66,7 @@ def _fit(job: FitJob) -> Reply:
     cloud, beside = _read(body, job)
     options = check_options(job.query, beside, cloud.options)
     read_at = perf_counter()
-    content = answer(fit(cloud.points, normals=cloud.normals, **options), cloud, options)
+    content = answer(fit_cloud(cloud, options), cloud, options)
     seconds = {"read": read_at - started, "fit": perf_counter() - read_at}
     return Reply(200, to_json(content), seconds=seconds)
 

@@ -9,6 +9,7 @@ from fastapi.openapi.utils import get_openapi
 from pydantic.json_schema import models_json_schema
 
 from app import problems
+from app.options import OBJECTS
 from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
 from app.schemas import FitOptions, FitRequest, FitUpload, Problem
 
@@ -100,6 +101,8 @@ def _query() -> list[dict[str, Any]]:
     Without defaults, which generated clients would send along, and so give twice what stands in the body.
     """
     properties = FitOptions.model_json_schema(ref_template=_REF)["properties"]
+    for name in OBJECTS:
+        del properties[name]
     return [
         {"name": name, "in": "query", "required": False, "description": schema.pop("description")}
         | {"schema": _without_default(schema)}

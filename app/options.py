@@ -12,6 +12,7 @@ from app.readers.errors import FieldError, UnreadableFileError, describe
 from app.schemas import FitOptions
 
 ALLOWED = tuple(FitOptions.model_fields)
+OBJECTS = ("constraints", "initial_guess")
 _TEXT_LIMIT = 64 * 1024
 
 
@@ -20,7 +21,7 @@ def check_options(in_query: Sequence[tuple[str, str]], *in_objects: Mapping[str,
 
     Parameters
     ----------
-    in_query : names and values as they stand in a URL
+    in_query : names and values as they stand in a URL, which holds no objects
     in_objects : objects of options, as in JSON: beside a file and in it
 
     Raises
@@ -33,6 +34,8 @@ def check_options(in_query: Sequence[tuple[str, str]], *in_objects: Mapping[str,
     for name, value in in_query:
         if name == "kinds":
             query.setdefault(name, []).append(value)
+        elif name in OBJECTS:
+            errors.append(FieldError(name, "an object does not fit into a query; give it in JSON"))
         elif name in query:
             errors.append(FieldError(name, "given more than once"))
         else:
@@ -42,7 +45,7 @@ def check_options(in_query: Sequence[tuple[str, str]], *in_objects: Mapping[str,
         FieldError(f"options.{name}", "given in two places; keep one") for name in places if places[name] > 1
     ]
     checked: dict[str, Any] = {}
-    for prefix, given, strict in (("", query, False), *(("options.", given, True) for given in in_objects)):
+    for prefix, given, strict in (("", query, False), *(("options", given, True) for given in in_objects)):
         try:
             checked |= FitOptions.model_validate(given, strict=strict).model_dump(exclude_unset=True)
         except ValidationError as error:

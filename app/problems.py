@@ -135,14 +135,19 @@ def option_errors(error: ValidationError, prefix: str, allowed: Sequence[str]) -
     """What pydantic found in the options, in our words."""
     return [
         FieldError(
-            prefix + "".join(f"[{step}]" if isinstance(step, int) else str(step) for step in found["loc"]),
+            _path(prefix, found["loc"]),
             f"unknown option; allowed are {', '.join(allowed)}"
-            if found["type"] == "extra_forbidden"
+            if found["type"] == "extra_forbidden" and len(found["loc"]) == 1
             else found["msg"],
             describe(found["input"]),
         )
         for found in error.errors(include_url=False, include_context=False)
     ]
+
+
+def _path(prefix: str, steps: Sequence[int | str]) -> str:
+    path = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)
+    return (prefix + path).removeprefix(".")
 
 
 def _kind(error: Exception) -> Kind:

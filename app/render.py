@@ -36,6 +36,8 @@ def render(name: str, body: Mapping[str, Any]) -> RenderableType:
     parts += [Padding(_parameters(other, "or"), (1, 0, 0, 0)) for other in body["alternatives"]]
     if body["error"] is not None:
         parts.append(Padding(_error(body["error"]), (1, 0, 0, 0)))
+    if body["active_constraints"]:
+        parts.append(Padding(_constraints(body["active_constraints"]), (1, 0, 0, 0)))
     parts.append(Padding(_attempts(body["attempts"]), (1, 0, 1, 0)))
     return Group(*parts)
 
@@ -65,6 +67,13 @@ def _error(error: Mapping[str, float]) -> Table:
     grid.add_row("", f"mean over the bounding-box diagonal {error['relative_mean']:.3g}")
     grid.add_row("points", f"inliers {error['inlier_share']:.1%}  exact {error['exact_share']:.1%}")
     grid.add_row("noise", f"{error['noise_scale']:.3g}")
+    return grid
+
+
+def _constraints(effects: Mapping[str, str]) -> Table:
+    grid = _grid()
+    for i, (name, effect) in enumerate(effects.items()):
+        grid.add_row("" if i else "constraints", f"{name.replace('_', ' ')}: {effect}")
     return grid
 
 

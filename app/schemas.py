@@ -16,7 +16,103 @@ CriterionName = TypeAliasType("CriterionName", Literal["robust", "least_squares"
 Vector = Annotated[
     list[float], Field(min_length=3, max_length=3, description="[x, y, z]", examples=[[0.0, 0.0, 1.0]])
 ]
+_CLOSED = ConfigDict(extra="forbid")
 Upload = Annotated[bytes, WithJsonSchema({"type": "string", "format": "binary"})]
+
+
+class Plane(BaseModel):
+    """A plane; `point` is the one closest to the centroid of the cloud."""
+
+    model_config = _CLOSED
+
+    kind: Literal["plane"]
+    normal: Vector
+    point: Vector
+
+
+class Sphere(BaseModel):
+    """A sphere."""
+
+    model_config = _CLOSED
+
+    kind: Literal["sphere"]
+    center: Vector
+    radius: float
+
+
+class Cylinder(BaseModel):
+    """An endless circular cylinder; `point` is the point of the axis closest to the centroid."""
+
+    model_config = _CLOSED
+
+    kind: Literal["cylinder"]
+    axis: Vector
+    point: Vector
+    radius: float
+
+
+class Cone(BaseModel):
+    """A circular cone; the axis points from the apex into the nappe that holds the points."""
+
+    model_config = _CLOSED
+
+    kind: Literal["cone"]
+    apex: Vector
+    axis: Vector
+    half_angle: float = Field(description="radians, between 0 and pi/2")
+
+
+class Torus(BaseModel):
+    """A circular torus."""
+
+    model_config = _CLOSED
+
+    kind: Literal["torus"]
+    center: Vector
+    axis: Vector
+    major_radius: float
+    minor_radius: float
+
+
+Primitive = Annotated[Plane | Sphere | Cylinder | Cone | Torus, Field(discriminator="kind")]
+
+
+class NumberConstraint(BaseModel):
+    """A number that is fixed by `value`, or bounded by `min`, `max` or both."""
+
+    model_config = _CLOSED
+
+    value: float | None = Field(None, gt=0)
+    min: float | None = Field(None, gt=0)
+    max: float | None = Field(None, gt=0)
+
+
+class DirectionConstraint(BaseModel):
+    """An axis or a normal along a direction up to sign, or within `max_angle` radians of it."""
+
+    model_config = _CLOSED
+
+    direction: Vector
+    max_angle: float = Field(0.0, ge=0, lt=1.5707963267948966)
+
+
+class Constraints(BaseModel):
+    """What is known of the primitive, in the unit of the input and in radians.
+
+    Each acts on the kinds that have a parameter of its name, and leaves the others free.
+    """
+
+    model_config = _CLOSED
+
+    radius: NumberConstraint | None = Field(None, description="of a sphere or cylinder")
+    major_radius: NumberConstraint | None = Field(None, description="of a torus")
+    minor_radius: NumberConstraint | None = Field(None, description="of a torus")
+    half_angle: NumberConstraint | None = Field(None, description="of a cone")
+    axis: DirectionConstraint | None = Field(None, description="of a cylinder, cone or torus")
+    normal: DirectionConstraint | None = Field(None, description="of a plane")
+    center: Vector | None = Field(None, description="of a sphere or torus")
+    apex: Vector | None = Field(None, description="of a cone")
+    point: Vector | None = Field(None, description="that a plane, or the axis of a cylinder, passes through")
 
 
 class FitOptions(BaseModel):
@@ -47,12 +143,26 @@ class FitOptions(BaseModel):
         "the bounding-box diagonal; by default it follows from the noise of the cloud",
     )
     seed: int = Field(0, ge=0, le=2**63 - 1, description="seed of every random choice, 0 by default")
+    constraints: Constraints | None = Field(
+        None, description="parameters that are fixed or bounded; in JSON only, not in a query"
+    )
+    initial_guess: Primitive | None = Field(
+        None,
+        description="a primitive that joins the starts of its kind; in JSON only, not in a query",
+    )
 
 
 class FitRequest(BaseModel):
     """A cloud in JSON."""
 
     points: list[Vector] = Field(description="points [x, y, z], finite numbers in any unit of length")
+    weights: list[float] | None = Field(
+        None,
+        description="one a point, not negative: how much it counts in the last refinement; 0 leaves it out",
+    )
+    standard_deviations: list[float] | None = Field(
+        None, description="of the noise of each point, in the unit of the points; in place of weights"
+    )
     options: FitOptions | None = None
 
 
@@ -61,53 +171,6 @@ class FitUpload(BaseModel):
 
     file: Upload = Field(description="the file")
     options: FitOptions | None = Field(None, description="options as JSON text")
-
-
-class Plane(BaseModel):
-    """A plane; `point` is the one closest to the centroid of the cloud."""
-
-    kind: Literal["plane"]
-    normal: Vector
-    point: Vector
-
-
-class Sphere(BaseModel):
-    """A sphere."""
-
-    kind: Literal["sphere"]
-    center: Vector
-    radius: float
-
-
-class Cylinder(BaseModel):
-    """An endless circular cylinder; `point` is the point of the axis closest to the centroid."""
-
-    kind: Literal["cylinder"]
-    axis: Vector
-    point: Vector
-    radius: float
-
-
-class Cone(BaseModel):
-    """A circular cone; the axis points from the apex into the nappe that holds the points."""
-
-    kind: Literal["cone"]
-    apex: Vector
-    axis: Vector
-    half_angle: float = Field(description="radians, between 0 and pi/2")
-
-
-class Torus(BaseModel):
-    """A circular torus."""
-
-    kind: Literal["torus"]
-    center: Vector
-    axis: Vector
-    major_radius: float
-    minor_radius: float
-
-
-Primitive = Annotated[Plane | Sphere | Cylinder | Cone | Torus, Field(discriminator="kind")]
 
 
 class ErrorSummary(BaseModel):
@@ -142,6 +205,8 @@ class UsedOptions(BaseModel):
     criterion: CriterionName
     max_error: float | None
     seed: int
+    constraints: Constraints | None
+    initial_guess: Primitive | None
 
 
 class Versions(BaseModel):
@@ -157,6 +222,9 @@ class Receipt(BaseModel):
     """What was fitted and how: enough to repeat it."""
 
     input_sha256: str = Field(description="of the points as little-endian float64, row by row")
+    weights_sha256: str | None = Field(
+        description="of the weights or standard deviations as little-endian float64, if there were any"
+    )
     n_points: int
     format: str = Field(description="json, text, npy or ply")
     columns: list[str] = Field(description="columns used, by their name in the file")
@@ -176,6 +244,10 @@ class FitAnswer(BaseModel):
     extents: dict[str, Any] | None = Field(description="null in this version")
     uncertainty: dict[str, Any] | None = Field(description="null in this version")
     error: ErrorSummary | None
+    active_constraints: dict[str, str] = Field(
+        description="how each constraint that acts on the kind of `primitive` acts on it, by its name",
+        examples=[{"radius": "at its upper bound 5.0", "axis": "fixed"}],
+    )
     attempts: list[Attempt] = Field(description="every kind that was tried, in order")
     receipt: Receipt
 

@@ -7,10 +7,23 @@ def costs(kernel: int, squared: Array) -> tuple[Array, Array]: ...
 def derivatives(kind: int, row: Array, points: Array) -> tuple[Array, Array]: ...
 def stepped(kind: int, row: Array, step: Array) -> Array: ...
 def refine(
-    kind: int, row: Array, points: Array, kernel: int, scale: float, max_iterations: int
+    kind: int,
+    row: Array,
+    points: Array,
+    kernel: int,
+    scale: float,
+    max_iterations: int,
+    factors: Array | None = None,
+    limits: Array | None = None,
 ) -> tuple[Array, float, bool]: ...
 def settle(
-    kind: int, rows: Array, points: Array, smallest: float, widths: float, steps: int
+    kind: int,
+    rows: Array,
+    points: Array,
+    smallest: float,
+    widths: float,
+    steps: int,
+    limits: Array | None = None,
 ) -> tuple[Array, Array]: ...
 def compete(
     kind: int,
@@ -32,6 +45,7 @@ def anneal(
     need: int,
     trim: float,
     deviation: float,
+    limits: Array | None = None,
 ) -> tuple[Array, Array | None]: ...
 def solve_linear(design: Array, target: Array, rounds: int) -> Array: ...
 def solve_circles(x: Array, y: Array, rounds: int) -> Array: ...

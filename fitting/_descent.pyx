@@ -32,7 +32,7 @@ torus     with g = (rho - R, h) / hypot(rho - R, h): tilt drho = -h (q . da) / r
           drho = -(q . df) / rho; along dh = -1; dR: -g0; dr: -1
 """
 
-from libc.math cimport INFINITY, M_PI, cos, fabs, hypot, isfinite, log, sin, sqrt
+from libc.math cimport INFINITY, M_PI, atan2, cos, fabs, hypot, isfinite, log, sin, sqrt, tan
 from libc.stddef cimport ptrdiff_t
 from libc.stdlib cimport free, malloc
 from libc.string cimport memcpy
@@ -49,6 +49,7 @@ cdef extern from "_surfaces.h" nogil:
     enum:
         GEMAN_MCCLURE
     double TINY
+    const int DOF[5]
     ctypedef struct Surface:
         int kind
         double axis[3]
@@ -61,6 +62,7 @@ cdef extern from "_surfaces.h" nogil:
         const double *y
         const double *z
         ptrdiff_t n
+        const double *factor
     void basis(const double *axis, double *u, double *v)
     void linearize(const Surface *surface, Points points, double *distance, double *jacobian)
     double rho_of(int kernel, double squared)
@@ -74,8 +76,19 @@ cdef extern from "_surfaces.h" nogil:
 cdef enum:
     MOST = 7
 
-cdef int DOF[5]
-DOF[:] = [3, 4, 5, 6, 7]
+cdef struct Limits:
+    bint frozen[MOST]
+    double low[3]
+    double high[3]
+    double reference[3]
+    double most_tilt
+
+cdef int[5][3] NUMBERS
+NUMBERS[0][:] = [-1, -1, -1]
+NUMBERS[1][:] = [-1, -1, 3]
+NUMBERS[2][:] = [-1, -1, 4]
+NUMBERS[3][:] = [4, -1, 5]
+NUMBERS[4][:] = [-1, 5, 6]
 
 cdef double SMALLEST_ANGLE = 1e-9
 """Half-angles are kept this far [rad] from 0 and from 90 degrees, where the apex or the nappe is lost."""
@@ -84,6 +97,8 @@ cdef double SMALLEST_STEP = 1e-15
 cdef double UNSEEN = 1e-13
 """Relative gains below this drown in the rounding of the cost: such a last step is trusted."""
 cdef double LARGEST_DAMPING = 1e8
+cdef double NEAR = 1e-6
+"""An axis this close, relatively, to the cone that bounds it counts as being on it."""
 
 
 cdef inline double dot(const double *a, const double *b) noexcept nogil:
@@ -109,8 +124,22 @@ cdef Points columns(const double[:, ::1] points, double *room) noexcept nogil:
     cdef Points result
     for i in range(n):
         room[i], room[n + i], room[2 * n + i] = points[i, 0], points[i, 1], points[i, 2]
-    result.x, result.y, result.z, result.n = room, room + n, room + 2 * n, n
+    result.x, result.y, result.z, result.n, result.factor = room, room + n, room + 2 * n, n, NULL
     return result
+
+
+cdef inline void refoot(Surface *surface) noexcept nogil:
+    """Let the anchor of a cylinder or cone be the foot of the origin again."""
+    cdef double *a = surface.axis
+    cdef double *p = surface.anchor
+    cdef double height
+    cdef int k
+    if surface.kind == CYLINDER or surface.kind == CONE:
+        height = dot(a, p)
+        for k in range(3):
+            p[k] -= height * a[k]
+        if surface.kind == CONE:
+            surface.offset -= height * sin(surface.angle)
 
 
 cdef void take_step(Surface *surface, const double *step) noexcept nogil:
@@ -157,12 +186,7 @@ cdef void take_step(Surface *surface, const double *step) noexcept nogil:
     elif surface.kind == TORUS:
         surface.major = fabs(surface.major + step[5])
         surface.offset = fabs(surface.offset + step[6])
-    if surface.kind == CYLINDER or surface.kind == CONE:
-        height = dot(a, p)
-        for k in range(3):
-            p[k] -= height * a[k]
-        if surface.kind == CONE:
-            surface.offset -= height * sin(surface.angle)
+    refoot(surface)
 
 
 cdef bint solve(
@@ -216,11 +240,214 @@ cdef void level(int kind, double *values) noexcept nogil:
         values[2], values[3] = middle, middle
 
 
+cdef const Limits *limits_of(const double[::1] numbers, Limits *limits):
+    """The limits that seventeen numbers hold (see `fitting.limits.Limits.numbers`), or null for None."""
+    cdef int k
+    if numbers is None:
+        return NULL
+    for k in range(MOST):
+        limits.frozen[k] = numbers[k] != 0.0
+    for k in range(3):
+        limits.low[k], limits.high[k], limits.reference[k] = numbers[7 + k], numbers[10 + k], numbers[13 + k]
+    limits.most_tilt = numbers[16]
+    return limits
+
+
+cdef void keep_within(Surface *surface, const Limits *limits) noexcept nogil:
+    """Undo what rounding, and the bend of the circle that bounds the axis, have carried over the limits.
+
+    The axis goes back straight towards the reference, to the cone of the largest angle about it.
+    """
+    cdef double tangent[3]
+    cdef double *a = surface.axis
+    cdef const double *r = limits.reference
+    cdef double along, across, length
+    cdef int k
+    surface.angle = min(max(surface.angle, limits.low[0]), limits.high[0])
+    surface.major = min(max(surface.major, limits.low[1]), limits.high[1])
+    surface.offset = min(max(surface.offset, limits.low[2]), limits.high[2])
+    if limits.most_tilt == INFINITY:
+        return
+    along = dot(a, r)
+    for k in range(3):
+        tangent[k] = a[k] - along * r[k]
+    across = sqrt(dot(tangent, tangent))
+    if atan2(across, fabs(along)) <= limits.most_tilt:
+        return
+    length = cos(limits.most_tilt) if along >= 0.0 else -cos(limits.most_tilt)
+    for k in range(3):
+        a[k] = length * r[k] + sin(limits.most_tilt) / across * tangent[k]
+    length = sqrt(dot(a, a))
+    for k in range(3):
+        a[k] /= length
+    refoot(surface)
+
+
+cdef bint solve_pinned(
+    const double *normal, const double *gradient, const double *scales, double damping, int dof,
+    const bint *pinned, double *step
+) noexcept nogil:
+    """As `solve`, for the components that are not pinned; the pinned ones are what `step` holds."""
+    cdef double rest[MOST * MOST]
+    cdef double right[MOST]
+    cdef double units[MOST]
+    cdef double found[MOST]
+    cdef int free_ones[MOST]
+    cdef int i, j, k, count = 0
+    for i in range(dof):
+        if not pinned[i]:
+            free_ones[count] = i
+            count += 1
+    for i in range(count):
+        k = free_ones[i]
+        right[i], units[i] = gradient[k], scales[k]
+        for j in range(dof):
+            if pinned[j]:
+                right[i] += normal[max(k, j) * MOST + min(k, j)] * step[j]
+        for j in range(i + 1):
+            rest[i * MOST + j] = normal[k * MOST + free_ones[j]]
+    if not solve(rest, right, units, damping, count, found):
+        return False
+    for i in range(count):
+        step[free_ones[i]] = found[i]
+    return True
+
+
+cdef bint solve_boxed(
+    const double *normal, const double *gradient, const double *scales, double damping, int dof,
+    const bint *frozen, int bounded, const int *where, const double *low, const double *high, double *step
+) noexcept nogil:
+    """The step of `solve` with frozen components 0 and the bounded ones, at most three, in their ranges.
+
+    Where the free step leaves the ranges, every combination of active bounds is tried (they are few), and
+    the feasible step with the least damped quadratic model is the answer of this quadratic programme.
+    """
+    cdef double trial[MOST]
+    cdef bint pinned[MOST]
+    cdef double model, best = INFINITY
+    cdef int state, states = 1, code, i, j, k
+    cdef bint feasible
+    for i in range(bounded):
+        states *= 3
+    for state in range(states):
+        for i in range(dof):
+            pinned[i], trial[i] = frozen[i], 0.0
+        code, feasible = state, True
+        for i in range(bounded):
+            if code % 3:
+                pinned[where[i]] = True
+                trial[where[i]] = low[i] if code % 3 == 1 else high[i]
+                feasible = feasible and isfinite(trial[where[i]])
+            code //= 3
+        if not feasible:
+            continue
+        if not solve_pinned(normal, gradient, scales, damping, dof, pinned, trial):
+            return False
+        for i in range(bounded):
+            k = where[i]
+            feasible = feasible and (pinned[k] or low[i] <= trial[k] <= high[i])
+        if not feasible:
+            continue
+        model = 0.0
+        for i in range(dof):
+            model += trial[i] * (gradient[i] + 0.5 * damping * scales[i] * scales[i] * trial[i])
+            for j in range(dof):
+                model += 0.5 * trial[i] * normal[max(i, j) * MOST + min(i, j)] * trial[j]
+        if model < best:
+            best = model
+            memcpy(step, trial, dof * sizeof(double))
+        if state == 0:
+            return True
+    return best < INFINITY
+
+
+cdef void turn_tilts(double *normal, double *gradient, int dof, double c, double s) noexcept nogil:
+    """Let the first tilt be the one towards c u + s v, the second the one a quarter turn on."""
+    cdef double first = normal[0], mixed = normal[MOST], second = normal[MOST + 1]
+    cdef int i
+    normal[0] = c * c * first + 2.0 * c * s * mixed + s * s * second
+    normal[MOST] = c * s * (second - first) + (c * c - s * s) * mixed
+    normal[MOST + 1] = s * s * first - 2.0 * c * s * mixed + c * c * second
+    for i in range(2, dof):
+        first, second = normal[i * MOST], normal[i * MOST + 1]
+        normal[i * MOST], normal[i * MOST + 1] = c * first + s * second, c * second - s * first
+    first, second = gradient[0], gradient[1]
+    gradient[0], gradient[1] = c * first + s * second, c * second - s * first
+
+
+cdef bint solve_within(
+    const Surface *surface, const Limits *limits, const double *normal, const double *gradient,
+    const double *scales, double damping, int dof, double *step
+) noexcept nogil:
+    """The step of `solve` within the limits; how it goes about the axis:
+
+    An axis on the cone of the largest angle about the reference may not tilt outwards; one inside it, that
+    would leave the cone, may come as far as the tangent where it would leave. Tilting across by t leaves the
+    cone, too, by t^2 / 2 cot(angle), which `keep_within` takes back at a cost of as much times the outward pull:
+    without that curvature steps along the cone would be far too long where the cone is narrow.
+    """
+    cdef double turned[MOST * MOST]
+    cdef double pull[MOST]
+    cdef double u[3]
+    cdef double v[3]
+    cdef double away[3]
+    cdef double low[3]
+    cdef double high[3]
+    cdef int where[3]
+    cdef double along, across, angle, x, y, c, s, length
+    cdef int bounded = 0, k
+    cdef bint on_cone
+    cdef const double *a = surface.axis
+    cdef double values[3]
+    values[0], values[1], values[2] = surface.angle, surface.major, surface.offset
+    for k in range(3):
+        if limits.low[k] > -INFINITY or limits.high[k] < INFINITY:
+            where[bounded] = NUMBERS[surface.kind][k]
+            low[bounded], high[bounded] = limits.low[k] - values[k], limits.high[k] - values[k]
+            bounded += not limits.frozen[where[bounded]]
+    if limits.most_tilt == INFINITY:
+        return solve_boxed(
+            normal, gradient, scales, damping, dof, limits.frozen, bounded, where, low, high, step
+        )
+    basis(a, u, v)
+    along = dot(a, limits.reference)
+    for k in range(3):
+        away[k] = along * along * a[k] - along * limits.reference[k]
+    across = hypot(dot(away, u), dot(away, v))
+    angle = atan2(across, along * along)
+    x = angle / (across + TINY) * dot(away, u)
+    y = angle / (across + TINY) * dot(away, v)
+    on_cone = angle >= (1.0 - NEAR) * limits.most_tilt
+    c, s = x, y
+    if not on_cone:
+        if not solve_boxed(
+            normal, gradient, scales, damping, dof, limits.frozen, bounded, where, low, high, step
+        ):
+            return False
+        c, s = x + step[0], y + step[1]
+        if hypot(c, s) <= limits.most_tilt:
+            return True
+    length = hypot(c, s)
+    c, s = c / length, s / length
+    memcpy(turned, normal, sizeof(turned))
+    memcpy(pull, gradient, sizeof(pull))
+    turn_tilts(turned, pull, dof, c, s)
+    if on_cone and pull[0] < 0.0:
+        turned[MOST + 1] -= pull[0] / tan(angle)
+    where[bounded], low[bounded], high[bounded] = 0, -INFINITY, limits.most_tilt - (c * x + s * y)
+    if not solve_boxed(
+        turned, pull, scales, damping, dof, limits.frozen, bounded + 1, where, low, high, step
+    ):
+        return False
+    step[0], step[1] = c * step[0] - s * step[1], s * step[0] + c * step[1]
+    return True
+
+
 cdef bint descend(
     Surface *surface, Points points, int kernel, double scale, int max_iterations, double *distance,
-    double *jacobian, double *cost
+    double *jacobian, double *cost, const Limits *limits = NULL
 ) noexcept nogil:
-    """Levenberg-Marquardt; whether it came to rest.
+    """Levenberg-Marquardt, within the limits if there are any; whether it came to rest.
 
     `distance` (n,) and `jacobian` (dof, n) are those of the surface, before; after, only the distances are.
     Behind the derivatives there is room for (2, n).
@@ -251,7 +478,10 @@ cdef bint descend(
         for j in range(dof):
             scales[j] = sqrt(scales[j])
         while True:
-            if solve(normal, gradient, scales, damping, dof, step):
+            if (
+                solve(normal, gradient, scales, damping, dof, step) if limits == NULL
+                else solve_within(surface, limits, normal, gradient, scales, damping, dof, step)
+            ):
                 solved = True
                 largest = 0.0
                 for j in range(dof):
@@ -261,6 +491,8 @@ cdef bint descend(
                     return True
                 candidate = surface[0]
                 take_step(&candidate, step)
+                if limits != NULL:
+                    keep_within(&candidate, limits)
                 linearize(&candidate, points, distance, NULL)
                 new_cost = cost_of(kernel, scale, distance, n)
                 if new_cost < cost[0]:
@@ -407,10 +639,16 @@ def stepped(int kind, const double[::1] row, const double[::1] step):
 
 
 def refine(
-    int kind, const double[::1] row, const double[:, ::1] points, int kernel, double scale, int max_iterations
+    int kind, const double[::1] row, const double[:, ::1] points, int kernel, double scale, int max_iterations,
+    const double[::1] factors=None, const double[::1] limits=None
 ):
-    """The row (9,) that minimises  sum rho(d / scale)  near the given one, the cost, and whether it is at rest."""
+    """The row (9,) that minimises  sum rho(d / scale)  near the given one, the cost, and whether it is at rest.
+
+    Distances are multiplied by `factors` (N,), where given; `limits` (17,) are those of `fitting.limits`.
+    """
     cdef Py_ssize_t n = points.shape[0]
+    cdef Limits room_for_limits
+    cdef const Limits *within = limits_of(limits, &room_for_limits)
     cdef Surface surface
     cdef Points seen
     cdef double cost = 0.0
@@ -423,8 +661,10 @@ def refine(
     load(&surface, kind, &row[0])
     with nogil:
         seen = columns(points, room)
+        if factors is not None:
+            seen.factor = &factors[0]
         linearize(&surface, seen, distance, jacobian)
-        rest = descend(&surface, seen, kernel, scale, max_iterations, distance, jacobian, &cost)
+        rest = descend(&surface, seen, kernel, scale, max_iterations, distance, jacobian, &cost, within)
     free(room)
     store(&surface, &view[0])
     return result, cost, bool(rest)
@@ -432,7 +672,7 @@ def refine(
 
 cdef void step_robustly(
     Surface *surface, Points points, double smallest, double widths, int steps, double *distance,
-    double *absolute, double *jacobian
+    double *absolute, double *jacobian, const Limits *limits = NULL
 ) noexcept nogil:
     """Steps under Geman-McClure kernels `widths` times the median distance wide, at least `smallest`.
 
@@ -449,14 +689,17 @@ cdef void step_robustly(
             return
         descend(
             surface, points, GEMAN_MCCLURE, max(widths * median(absolute, points.n), smallest), 1, distance,
-            jacobian, &cost
+            jacobian, &cost, limits
         )
 
 
 def settle(
-    int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths, int steps
+    int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths, int steps,
+    const double[::1] limits=None
 ):
     """Rows (K, 9) after some robust steps, and their last distances (K, N); see `fitting.refine.settle`."""
+    cdef Limits room_for_limits
+    cdef const Limits *within = limits_of(limits, &room_for_limits)
     cdef Py_ssize_t k, n = points.shape[0]
     cdef Surface surface
     cdef Points seen
@@ -469,7 +712,7 @@ def settle(
         for k in range(rows.shape[0]):
             load(&surface, kind, &rows[k, 0])
             step_robustly(
-                &surface, seen, smallest, widths, steps, &last_view[k, 0], room + 3 * n, room + 4 * n
+                &surface, seen, smallest, widths, steps, &last_view[k, 0], room + 3 * n, room + 4 * n, within
             )
             store(&surface, &view[k, 0])
     free(room)
@@ -503,7 +746,7 @@ def compete(
             for i in range(count):
                 k = i * (n - 1) // max(count - 1, 1)
                 room[i], room[count + i], room[2 * count + i] = points[k, 0], points[k, 1], points[k, 2]
-            seen.x, seen.y, seen.z, seen.n = room, room + count, room + 2 * count, count
+            seen.x, seen.y, seen.z, seen.n, seen.factor = room, room + count, room + 2 * count, count, NULL
             distance = room + 3 * count
             for k in range(left):
                 step_robustly(
@@ -532,7 +775,7 @@ def compete(
 
 def anneal(
     int kind, const double[::1] row, const double[:, ::1] points, double tolerance, double shrink, double locked,
-    double at_noise, Py_ssize_t need, double trim, double deviation
+    double at_noise, Py_ssize_t need, double trim, double deviation, const double[::1] limits=None
 ):
     """Steps under a Geman-McClure kernel whose scale shrinks; see `fitting.search.anneal`.
 
@@ -541,6 +784,8 @@ def anneal(
     are the last row (9,), and the row at the scale of the noise, or None where that was not reached.
     """
     cdef Py_ssize_t i, count, n = points.shape[0]
+    cdef Limits room_for_limits
+    cdef const Limits *within = limits_of(limits, &room_for_limits)
     cdef Surface surface, noisy
     cdef Points seen
     cdef double cost = 0.0, scale
@@ -558,7 +803,7 @@ def anneal(
             scale = max(2.0 * median(absolute, n), tolerance)
             while True:
                 linearize(&surface, seen, distance, jacobian)
-                descend(&surface, seen, GEMAN_MCCLURE, scale, 2, distance, jacobian, &cost)
+                descend(&surface, seen, GEMAN_MCCLURE, scale, 2, distance, jacobian, &cost, within)
                 if not absolutes(distance, n, absolute):
                     break
                 if not reached and scale < at_noise * trimmed(absolute, n, scratch, trim, deviation):

@@ -34,9 +34,14 @@ typedef struct {
     double angle, major, offset;
 } Surface;
 
+/* Degrees of freedom of each kind. */
+static const int DOF[] = {3, 4, 5, 6, 7};
+
+/* Coordinates, and what the distance of each point is multiplied by; that pointer may be null. */
 typedef struct {
     const double *restrict x, *restrict y, *restrict z;
     ptrdiff_t n;
+    const double *restrict factor;
 } Points;
 
 /* Two unit vectors that complete a unit vector to a right-handed frame, as fitting.geometry.basis. */
@@ -141,7 +146,13 @@ OF_KIND(cylinder, CYLINDER)
 OF_KIND(cone, CONE)
 OF_KIND(torus, TORUS)
 
-/* Distances d (n) and, unless that pointer is null, derivatives j (dof, n). */
+static void multiply(double *restrict values, const double *restrict factor, ptrdiff_t n)
+{
+    for (ptrdiff_t i = 0; i < n; i++)
+        values[i] *= factor[i];
+}
+
+/* Distances d (n) and, unless that pointer is null, derivatives j (dof, n); both times the factors. */
 static void linearize(const Surface *s, Points points, double *d, double *j)
 {
     static void (*const plain[])(const Surface *, Points, double *) = {plane, sphere, cylinder, cone, torus};
@@ -151,6 +162,11 @@ static void linearize(const Surface *s, Points points, double *d, double *j)
         sloped[s->kind](s, points, d, j);
     else
         plain[s->kind](s, points, d);
+    if (!points.factor)
+        return;
+    multiply(d, points.factor, points.n);
+    for (int row = 0; j && row < DOF[s->kind]; row++)
+        multiply(j + row * points.n, points.factor, points.n);
 }
 
 /* What a squared residual, in squared scales, costs, and the weight rho'(x) / x; see fitting/kernels.py. */

@@ -1,6 +1,6 @@
 """A checked cloud with everything about it that does not depend on the kind that is tried."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -10,6 +10,7 @@ from fitting.geometry import Array
 from fitting.noise import resolution
 from fitting.normalize import Frame
 from fitting.normals import local_planes
+from fitting.weights import factors_of
 
 WORKING_POINTS = 20_000
 """Larger clouds are searched and judged on a random sample of this size; noisy ones end on all points."""
@@ -50,6 +51,8 @@ class Cloud:
     tolerance : size of the rounding of the coordinates
     diagonal : of the bounding box
     flat : all points lie in one plane within the rounding
+    factors : (N,) what the distances of `points` are multiplied by in the last refinement, or None
+    working_factors : (M,) the same for `working`
     """
 
     frame: Frame
@@ -62,22 +65,37 @@ class Cloud:
     tolerance: float
     diagonal: float
     flat: bool
+    factors: Array | None = None
+    working_factors: Array | None = None
 
     @classmethod
-    def prepare(cls, points: object, normals: Array | None, rng: np.random.Generator) -> Self:
+    def prepare(
+        cls,
+        points: object,
+        normals: Array | None,
+        rng: np.random.Generator,
+        weights: object = None,
+        standard_deviations: object = None,
+    ) -> Self:
         """Check, normalise, sample; raises `InvalidPointCloudError` for what cannot be a cloud."""
         checked = check_points(points)
         if normals is not None:
             normals = check_normals(normals, len(checked))
+        factors = factors_of(weights, standard_deviations, len(checked))
+        if factors is not None and not factors.all():
+            counted = factors > 0.0
+            checked, factors = check_points(checked[counted]), factors[counted]
+            normals = None if normals is None else normals[counted]
         frame = Frame.of(checked)
         normalized = frame.normalize(checked)
         tolerance = resolution(checked) / frame.scale
-        working, given = normalized, normals
+        working, given, working_factors = normalized, normals, factors
         if len(normalized) > WORKING_POINTS:
             chosen = np.sort(rng.choice(len(normalized), WORKING_POINTS, replace=False))
             working = normalized[chosen]
             given = None if normals is None else normals[chosen]
-        elif is_repetitive(normalized, rng):
+            working_factors = None if factors is None else factors[chosen]
+        elif is_repetitive(normalized, rng) and factors is None:
             working, kept = np.unique(normalized, axis=0, return_index=True)
             given = None if normals is None else normals[kept]
         spread = np.linalg.svd(working - working.mean(axis=0), compute_uv=False) / np.sqrt(len(working))
@@ -101,6 +119,18 @@ class Cloud:
             tolerance=tolerance,
             diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
             flat=bool(spread[2] <= tolerance),
+            factors=factors,
+            working_factors=working_factors,
+        )
+
+    def about(self, origin: Array) -> Self:
+        """The same cloud with its points relative to another origin, which may round them more coarsely."""
+        rounding = 64.0 * float(np.finfo(np.float64).eps) * float(np.max(np.abs(origin)))
+        return replace(
+            self,
+            points=self.points - origin,
+            working=self.working - origin,
+            tolerance=max(self.tolerance, rounding),
         )
 
     def is_small(self, dof: int) -> bool:

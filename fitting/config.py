@@ -4,8 +4,9 @@ import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.errors import InvalidOptionError
-from fitting.primitives import KINDS
+from fitting.primitives import KINDS, PRIMITIVES, Primitive
 
 Criterion = Literal["robust", "least_squares"]
 CRITERIA: tuple[str, ...] = get_args(Criterion)
@@ -23,12 +24,16 @@ class Config:
     max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share
         of the bounding-box diagonal, in (0, 1]; None derives the limit from the noise of the cloud
     seed : seed of every random choice, from 0 to 2^63 - 1
+    constraints : parameters that are fixed or bounded
+    initial_guess : a primitive in input units that joins the starts of its kind
     """
 
     kinds: tuple[str, ...] = KINDS
     criterion: Criterion = "robust"
     max_error: float | None = None
     seed: int = 0
+    constraints: Constraints = UNCONSTRAINED
+    initial_guess: Primitive | None = None
 
     def __post_init__(self) -> None:
         if self.kinds is None or isinstance(self.kinds, str):  # type: ignore[unreachable]
@@ -56,3 +61,20 @@ class Config:
             raise InvalidOptionError(f"seed is {self.seed!r:.40}, not a whole number", "seed")
         if not 0 <= self.seed < 2**63:
             raise InvalidOptionError("seed must lie between 0 and 2^63 - 1", "seed")
+        if not isinstance(self.constraints, Constraints):
+            raise InvalidOptionError(
+                f"constraints is {self.constraints!r:.40}; Constraints.of makes them from plain values",
+                "constraints",
+            )
+        self.constraints.check_kinds(self.kinds)
+        if self.initial_guess is None:
+            return
+        if type(self.initial_guess) not in PRIMITIVES.values():
+            raise InvalidOptionError(
+                f"initial_guess is {self.initial_guess!r:.40}, not a primitive", "initial_guess"
+            )
+        if self.initial_guess.kind not in self.kinds:
+            raise InvalidOptionError(
+                f"initial_guess is a {self.initial_guess.kind}; kinds allows only {', '.join(self.kinds)}",
+                "initial_guess",
+            )

@@ -40,6 +40,10 @@ class Frame:
     def normalize(self, points: Array) -> Array:
         return (points - self.center) / self.scale
 
+    def bring(self, primitive: P) -> P:
+        """A primitive in the units of the input in this frame."""
+        return primitive.transformed(np.eye(3), -self.center / self.scale, 1.0 / self.scale)
+
     def restore(self, primitive: P) -> P:
         """A primitive of this frame in the units of the input."""
         return primitive.transformed(np.eye(3), self.center, self.scale)

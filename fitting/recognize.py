@@ -52,6 +52,8 @@ def recognize(
     config: Config = DEFAULT_CONFIG,
     classifier: Classifier | None = None,
     normals: Array | None = None,
+    weights: object = None,
+    standard_deviations: object = None,
 ) -> Recognition:
     """Which primitive the points lie on, with its parameters and the trail of attempts.
 
@@ -61,12 +63,17 @@ def recognize(
     config : what may be answered, and how
     classifier : ranks the kinds; None takes them as equally probable, tries all, and selects
     normals : (N, 3), optional, one a point, any length and sign
+    weights : (N,), optional, not negative: what the cost of each point is multiplied by in the last
+        refinement; 0 leaves a point out
+    standard_deviations : (N,), optional, of the noise of each point, in place of weights
 
     Raises
     ------
     InvalidPointCloudError : points that cannot be a cloud of any allowed kind
     """
-    cloud = Cloud.prepare(points, normals, np.random.default_rng([config.seed, 0]))
+    cloud = Cloud.prepare(
+        points, normals, np.random.default_rng([config.seed, 0]), weights, standard_deviations
+    )
     fewest = min(PRIMITIVES[kind].dof for kind in config.kinds)
     if len(cloud.points) < fewest:
         kinds = " or ".join(config.kinds)
@@ -82,7 +89,10 @@ def recognize(
     done = {tried.attempt.kind for tried in tries}
     missing = [kind for kind in ranking if kind in nested and kind not in done]
     tries += [_attempt(kind, cloud, config, probabilities) for kind in missing]
-    return _conclude(tries, {kind for kind, is_open in nested.items() if is_open}, cloud)
+    recognition = _conclude(tries, {kind for kind, is_open in nested.items() if is_open}, cloud)
+    if recognition.primitive is None:
+        return recognition
+    return replace(recognition, active_constraints=config.constraints.effects(recognition.primitive))
 
 
 def _worth_trying(
@@ -137,7 +147,7 @@ def _rank(cloud: Cloud, classifier: Classifier) -> Mapping[str, float]:
 def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str, float] | None) -> _Try:
     probability = probabilities[kind] if probabilities else None
     rng = np.random.default_rng([config.seed, 1, KINDS.index(kind)])
-    primitive = fit_kind(kind, cloud, config.criterion, rng)
+    primitive = fit_kind(kind, cloud, config.criterion, rng, config.constraints, config.initial_guess)
     if isinstance(primitive, FailedFit):
         return _Try(Attempt(kind, probability, "failed", primitive.reason, None, None))
     evidence = Evidence.weigh(primitive, cloud)
@@ -147,7 +157,7 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
         probability=probability,
         outcome="accepted" if verdict.standing > Standing.SUSPECT else "refused",
         reason=verdict.reason,
-        primitive=cloud.frame.restore(primitive.canonical(np.zeros(3))),
+        primitive=config.constraints.written_into(cloud.frame.restore(primitive.canonical(np.zeros(3)))),
         error=summarize(primitive, evidence, cloud.points, cloud.diagonal, cloud.frame.scale),
     )
     return _Try(attempt, evidence, verdict.standing)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fitting import _descent
 from fitting.geometry import Array
 from fitting.kernels import Kernel
+from fitting.limits import Limits
 from fitting.primitives import KINDS, PRIMITIVES, Primitive
 
 CODES = {kind: code for code, kind in enumerate(KINDS)}
@@ -20,6 +21,12 @@ CODES = {kind: code for code, kind in enumerate(KINDS)}
 
 WIDTHS = 2.0
 """Scale of the kernel that starts settle under, in medians of the absolute distance."""
+
+
+STEPS = 60
+LIMITED_STEPS = 500
+"""Steps after which refinement ends. Limits that the points contradict leave residuals far beyond the scale
+of a kernel, where steps gain little each."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +43,9 @@ def refine(
     points: Array,
     kernel: Kernel = Kernel.LEAST_SQUARES,
     scale: float = 1.0,
-    max_iterations: int = 60,
+    max_iterations: int | None = None,
+    factors: Array | None = None,
+    limits: Limits | None = None,
 ) -> Refined:
     """The primitive that minimises  sum rho(d / scale)  near the given one.
 
@@ -46,11 +55,15 @@ def refine(
     points : (N, 3) in a frame centred near the origin, extent near 1
     kernel : plain least squares by default
     scale : residual of one unit, in the unit of the points
-    max_iterations : steps that lower the cost
+    max_iterations : steps that lower the cost; `STEPS` by default, `LIMITED_STEPS` within limits
+    factors : (N,) what each distance d is multiplied by
+    limits : within which to stay, and where the primitive lies already
     """
     kind, points = primitive.kind, np.ascontiguousarray(points)
+    if max_iterations is None:
+        max_iterations = STEPS if limits is None else LIMITED_STEPS
     row, cost, converged = _descent.refine(
-        CODES[kind], primitive.row(), points, kernel, scale, max_iterations
+        CODES[kind], primitive.row(), points, kernel, scale, max_iterations, factors, _numbers(limits)
     )
     return Refined(PRIMITIVES[kind].from_row(row), cost, converged)
 
@@ -73,13 +86,19 @@ def stepped(primitive: Primitive, step: Array) -> Primitive:
     )
 
 
-def settle(kind: str, starts: Array, points: Array, smallest: float, steps: int) -> tuple[Array, Array]:
+def settle(
+    kind: str, starts: Array, points: Array, smallest: float, steps: int, limits: Limits | None = None
+) -> tuple[Array, Array]:
     """Rows (K, 9) after some robust steps each from the starts (K, 9), and their distances (K, N).
 
     For each step the scale of a Geman-McClure kernel is twice the median distance, but at least `smallest`.
     Rows that cannot be stepped from stay as they are.
     """
-    return _descent.settle(CODES[kind], starts, points, smallest, WIDTHS, steps)
+    return _descent.settle(CODES[kind], starts, points, smallest, WIDTHS, steps, _numbers(limits))
+
+
+def _numbers(limits: Limits | None) -> Array | None:
+    return None if limits is None else limits.numbers
 
 
 def compete(

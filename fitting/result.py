@@ -1,6 +1,7 @@
 """What `recognize` hands back: values, never exceptions, for every expected outcome."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 from fitting.primitives import Primitive
@@ -52,6 +53,7 @@ class Recognition:
 
     `primitive` is the accepted one; with status `ambiguous` the first of several (the rest stand in
     `alternatives`), with `no_fit` the best try, and None only if every attempt failed.
+    `active_constraints` says how each constraint acts on it, by name: `{"radius": "at its upper bound 5.0"}`.
     """
 
     status: Status
@@ -61,6 +63,7 @@ class Recognition:
     attempts: tuple[Attempt, ...]
     message: str
     n_points: int
+    active_constraints: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

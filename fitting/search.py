@@ -1,5 +1,6 @@
 """The best primitive of one kind: starts, annealed robust refinement, and a finish on the right points."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -7,8 +8,10 @@ import numpy as np
 
 from fitting import _descent
 from fitting.cloud import Cloud
+from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.geometry import TINY, Array
 from fitting.kernels import Kernel
+from fitting.limits import Limits, moved
 from fitting.noise import TRIM, TRIMMED_DEVIATION, NoiseModel, exact_points, is_peaked, trimmed_scale
 from fitting.primitives import PRIMITIVES, Primitive
 from fitting.refine import CODES, refine, settle
@@ -71,50 +74,93 @@ class Annealed:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What a search looks at: points (N, 3) in random order, normals (L, 3) at the first, the rounding."""
+    """What a search looks at: points (N, 3) in random order, normals (L, 3) at the first, the rounding.
+
+    With limits, the points are relative to their pivot and the search stays within them.
+    """
 
     points: Array
     normals: Array
     tolerance: float
+    limits: Limits | None = None
 
     @classmethod
-    def of(cls, cloud: Cloud) -> Self:
-        return cls(cloud.working[cloud.sample[:SEARCH_POINTS]], cloud.normals, cloud.tolerance)
+    def of(cls, cloud: Cloud, limits: Limits | None = None) -> Self:
+        return cls(cloud.working[cloud.sample[:SEARCH_POINTS]], cloud.normals, cloud.tolerance, limits)
 
     @classmethod
-    def of_flattest(cls, cloud: Cloud) -> Self:
+    def of_flattest(cls, cloud: Cloud, limits: Limits | None = None) -> Self:
         """Of the part of a cloud that has the fewest outliers."""
         points = cloud.working[cloud.sample[cloud.flattest]]
-        return cls(points, cloud.normals[cloud.flattest], cloud.tolerance)
+        return cls(points, cloud.normals[cloud.flattest], cloud.tolerance, limits)
 
 
-def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) -> Primitive | FailedFit:
-    """The best primitive of one kind in the normalised frame of the cloud."""
+def fit_kind(
+    kind: str,
+    cloud: Cloud,
+    criterion: str,
+    rng: np.random.Generator,
+    constraints: Constraints = UNCONSTRAINED,
+    guess: Primitive | None = None,
+) -> Primitive | FailedFit:
+    """The best primitive of one kind in the normalised frame of the cloud.
+
+    Constraints and a guess, which joins the starts of its kind, are in input units.
+    """
     dof = PRIMITIVES[kind].dof
     if len(cloud.working) < dof:
         return FailedFit(f"{len(cloud.working)} distinct points do not determine a {kind}, which takes {dof}")
     if cloud.flat and kind != "plane":
         return FailedFit(f"the points lie in one plane and do not determine a {kind}")
-    view = View.of(cloud)
-    starts = ranked_starts(kind, view, rng)
+    extra = [cloud.frame.bring(guess).row()] if guess is not None and guess.kind == kind else []
+    limits = Limits.of(constraints, kind, cloud.frame)
+    if limits is None:
+        return _fit(kind, cloud, criterion, rng, extra)
+    starts = ranked_starts(kind, View.of(cloud), rng, extra)
+    if len(starts):
+        extra.append(_likeliest(kind, starts, View.of(cloud), cloud, rng).primitive.row())
+    found = _fit(kind, cloud.about(limits.pivot), criterion, rng, extra, limits)
+    return found if isinstance(found, FailedFit) else moved(found, limits.pivot)
+
+
+def _fit(
+    kind: str,
+    cloud: Cloud,
+    criterion: str,
+    rng: np.random.Generator,
+    extra: Sequence[Array],
+    limits: Limits | None = None,
+) -> Primitive | FailedFit:
+    """The best primitive within the limits, to the pivot of which the cloud is relative."""
+    view = View.of(cloud, limits)
+    starts = ranked_starts(kind, view, rng, extra)
     if not len(starts):
         return FailedFit(f"no {kind} could be started from these points")
-    if cloud.is_small(dof):
+    if cloud.is_small(PRIMITIVES[kind].dof):
         surfaces = (PRIMITIVES[kind].from_row(row) for row in starts)
         return min(
-            (refine(each, cloud.points) for each in surfaces), key=lambda refined: refined.cost
+            (refine(each, cloud.points, factors=cloud.factors, limits=limits) for each in surfaces),
+            key=lambda refined: refined.cost,
         ).primitive
+    best = _likeliest(kind, starts, view, cloud, rng)
+    if criterion == "least_squares":
+        return least_squares(best.primitive, cloud, limits)
+    return polish(best.primitive, cloud, limits)
+
+
+def _likeliest(kind: str, starts: Array, view: View, cloud: Cloud, rng: np.random.Generator) -> Annealed:
+    """The end of a search, or of one in the flattest part of the cloud where much noise is unexplained."""
     best = search(kind, starts, view)
     if best.exact_share == 0.0 and _noise(best.primitive, cloud).scale > UNEXPLAINED * cloud.local_noise:
-        best = _likelier(best, kind, cloud, rng)
-    if criterion == "least_squares":
-        return least_squares(best.primitive, cloud.points)
-    return polish(best.primitive, cloud)
+        return _likelier(best, kind, cloud, rng, view.limits)
+    return best
 
 
-def _likelier(best: Annealed, kind: str, cloud: Cloud, rng: np.random.Generator) -> Annealed:
+def _likelier(
+    best: Annealed, kind: str, cloud: Cloud, rng: np.random.Generator, limits: Limits | None
+) -> Annealed:
     """The given end or that of a search in the flattest part of the cloud: what explains the cloud better."""
-    view = View.of_flattest(cloud)
+    view = View.of_flattest(cloud, limits)
     starts = ranked_starts(kind, view, rng)
     if not len(starts):
         return best
@@ -127,20 +173,27 @@ def _noise(primitive: Primitive, cloud: Cloud) -> NoiseModel:
     return NoiseModel.of(distance, cloud.tolerance, cloud.diagonal)
 
 
-def ranked_starts(kind: str, view: View, rng: np.random.Generator) -> Array:
-    """Rows (K, 9) of initial guesses after some robust steps, the best first."""
-    points = view.points[:GUESS_POINTS]
-    guesses = PRIMITIVES[kind].initial_guesses(points, view.normals[:GUESS_POINTS], rng)
-    return _settled(kind, guesses, points, view.tolerance, RANKING_STEPS)[0]
+def ranked_starts(kind: str, view: View, rng: np.random.Generator, extra: Sequence[Array] = ()) -> Array:
+    """Rows (K, 9) of initial guesses after some robust steps, the best first.
+
+    Extra guesses (9,) are relative to the frame of the cloud, whatever the pivot of the limits.
+    """
+    points, normals, limits = view.points[:GUESS_POINTS], view.normals[:GUESS_POINTS], view.limits
+    there = points if limits is None else points + limits.pivot
+    guesses = np.vstack([PRIMITIVES[kind].initial_guesses(there, normals, rng), *extra])
+    if limits is not None:
+        guesses = limits.guesses(guesses, there, normals, rng)
+    return _settled(kind, guesses, points, view.tolerance, RANKING_STEPS, limits)[0]
 
 
 def search(kind: str, starts: Array, view: View) -> Annealed:
     """The best end of annealing from the first of the starts (K, 9), and from others where they are asked."""
-    best = anneal(kind, starts[0], view.points, view.tolerance)
+    best = anneal(kind, starts[0], view.points, view.tolerance, limits=view.limits)
     if best.exact_share >= ENOUGH_EXACT:
         return best
     others = distinct_starts(kind, starts[1:], view)
-    return best_of([best, *(anneal(kind, row, view.points, view.tolerance) for row in others)], view.points)
+    ends = (anneal(kind, row, view.points, view.tolerance, limits=view.limits) for row in others)
+    return best_of([best, *ends], view.points)
 
 
 def distinct_starts(kind: str, starts: Array, view: View) -> list[Array]:
@@ -148,7 +201,9 @@ def distinct_starts(kind: str, starts: Array, view: View) -> list[Array]:
     points = view.points[:GUESS_POINTS]
     chosen: list[Array] = []
     ends: list[Array] = []
-    rows, distances = _settled(kind, starts[:SETTLED_STARTS], points, view.tolerance, SETTLING_STEPS)
+    rows, distances = _settled(
+        kind, starts[:SETTLED_STARTS], points, view.tolerance, SETTLING_STEPS, view.limits
+    )
     for row, distance in zip(rows, np.abs(distances), strict=True):
         if all(np.linalg.norm(distance - other) > SAME_END * np.linalg.norm(other) for other in ends):
             chosen.append(row)
@@ -156,26 +211,36 @@ def distinct_starts(kind: str, starts: Array, view: View) -> list[Array]:
     return chosen[:STARTS]
 
 
-def _settled(kind: str, rows: Array, points: Array, tolerance: float, steps: int) -> tuple[Array, Array]:
+def _settled(
+    kind: str, rows: Array, points: Array, tolerance: float, steps: int, limits: Limits | None
+) -> tuple[Array, Array]:
     """The rows after some steps of `settle`, with their distances, the best first; all of them finite."""
     if not len(rows):
         return rows, np.empty((0, len(points)))
-    rows, distances = settle(kind, rows, points, tolerance, steps)
+    rows, distances = settle(kind, rows, points, tolerance, steps, limits)
     costs = np.log(np.abs(distances) + RESOLVED).mean(axis=1)
     order = np.argsort(costs, kind="stable")
     order = order[np.isfinite(costs[order])]
     return rows[order], distances[order]
 
 
-def anneal(kind: str, row: Array, points: Array, tolerance: float, shrink: float = SHRINK) -> Annealed:
+def anneal(
+    kind: str,
+    row: Array,
+    points: Array,
+    tolerance: float,
+    shrink: float = SHRINK,
+    limits: Limits | None = None,
+) -> Annealed:
     """Refine under a Geman-McClure kernel whose scale shrinks to the noise, and on to an exact subset.
 
     Source: graduated non-convexity, Black and Rangarajan, IJCV 19, 1996; Yang et al., IEEE RA-L 5, 2020.
     """
     dof = PRIMITIVES[kind].dof
     need = max(2 * dof + 2, int(np.ceil(LOST * len(points))))
+    numbers = None if limits is None else limits.numbers
     row, at_noise = _descent.anneal(
-        CODES[kind], row, points, tolerance, shrink, LOCKED, AT_NOISE, need, TRIM, TRIMMED_DEVIATION
+        CODES[kind], row, points, tolerance, shrink, LOCKED, AT_NOISE, need, TRIM, TRIMMED_DEVIATION, numbers
     )
     primitive = PRIMITIVES[kind].from_row(row)
     exact = exact_points(np.abs(primitive.signed_distance(points)), tolerance, dof)
@@ -194,9 +259,16 @@ def best_of(ends: list[Annealed], points: Array) -> Annealed:
     return ends[int(np.argmin([Kernel.TUKEY.rho(each / scale2).sum() for each in squared]))]
 
 
-def least_squares(start: Primitive, points: Array) -> Primitive | FailedFit:
+def least_squares(start: Primitive, cloud: Cloud, limits: Limits | None = None) -> Primitive | FailedFit:
     """Plain least squares over all points, or a failure where it does not come to rest."""
-    refined = refine(start, points, Kernel.LEAST_SQUARES, max_iterations=LEAST_SQUARES_STEPS)
+    refined = refine(
+        start,
+        cloud.points,
+        Kernel.LEAST_SQUARES,
+        max_iterations=LEAST_SQUARES_STEPS,
+        factors=cloud.factors,
+        limits=limits,
+    )
     if not refined.converged:
         return FailedFit(
             f"least squares on a {start.kind} did not come to rest in {LEAST_SQUARES_STEPS} steps"
@@ -204,22 +276,22 @@ def least_squares(start: Primitive, points: Array) -> Primitive | FailedFit:
     return refined.primitive
 
 
-def polish(primitive: Primitive, cloud: Cloud) -> Primitive:
+def polish(primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> Primitive:
     """Least squares on the exact points where there are any, else under a wide biweight on all points.
 
     A small exact subset is found only from the biweight's optimum, and on all working points.
     """
-    exact = _polish_exact(primitive, cloud)
+    exact = _polish_exact(primitive, cloud, limits)
     if exact:
         return exact
-    noisy = _polish_noisy(primitive, cloud)
+    noisy = _polish_noisy(primitive, cloud, limits)
     if not is_peaked(noisy.signed_distance(cloud.working), noisy.dof):
         return noisy
-    end = anneal(noisy.kind, noisy.row(), cloud.working, cloud.tolerance, SLOW_SHRINK)
-    return _polish_exact(end.primitive, cloud) or noisy
+    end = anneal(noisy.kind, noisy.row(), cloud.working, cloud.tolerance, SLOW_SHRINK, limits)
+    return _polish_exact(end.primitive, cloud, limits) or noisy
 
 
-def _polish_exact(primitive: Primitive, cloud: Cloud) -> Primitive | None:
+def _polish_exact(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> Primitive | None:
     """Least squares on the exact points, until they are the same ones before and after."""
     before = None
     for _ in range(MOST_ROUNDS):
@@ -228,19 +300,26 @@ def _polish_exact(primitive: Primitive, cloud: Cloud) -> Primitive | None:
             return None
         if before is not None and np.array_equal(exact, before):
             break
-        primitive, before = refine(primitive, cloud.working[exact]).primitive, exact
+        factors = None if cloud.working_factors is None else cloud.working_factors[exact]
+        primitive = refine(primitive, cloud.working[exact], factors=factors, limits=limits).primitive
+        before = exact
     return primitive
 
 
-def _polish_noisy(primitive: Primitive, cloud: Cloud) -> Primitive:
+def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> Primitive:
     """A biweight at the scale of the noise: on the working points until both agree, then on all points."""
-    scale = 0.0
+    scale, factors = 0.0, cloud.working_factors
     for _ in range(MOST_ROUNDS):
-        before, scale = scale, trimmed_scale(np.abs(primitive.signed_distance(cloud.working)))
+        residual = primitive.signed_distance(cloud.working)
+        before, scale = scale, trimmed_scale(np.abs(residual if factors is None else factors * residual))
         scale = max(scale, cloud.tolerance)
-        primitive = refine(primitive, cloud.working, Kernel.TUKEY, scale).primitive
+        primitive = refine(
+            primitive, cloud.working, Kernel.TUKEY, scale, factors=factors, limits=limits
+        ).primitive
         if abs(scale - before) <= 1e-3 * scale:
             break
     if len(cloud.points) == len(cloud.working):
         return primitive
-    return refine(primitive, cloud.points, Kernel.TUKEY, scale).primitive
+    return refine(
+        primitive, cloud.points, Kernel.TUKEY, scale, factors=cloud.factors, limits=limits
+    ).primitive

@@ -27,7 +27,8 @@ _NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in alias
 class Cloud:
     """Points (N, 3) float64, the columns they were read from, unit normals (N, 3) or None, and the format.
 
-    `options` stood beside the points: JSON may hold both. They are not checked yet.
+    `options`, and `weights` or `standard_deviations` (N,), stood beside the points: JSON may hold them. The
+    options are not checked yet, and of the others only that they are numbers.
     """
 
     points: Array
@@ -35,6 +36,8 @@ class Cloud:
     normals: Array | None
     format: str
     options: Mapping[str, Any] = field(default_factory=dict)
+    weights: Array | None = None
+    standard_deviations: Array | None = None
 
 
 @dataclass(frozen=True)

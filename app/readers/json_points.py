@@ -1,4 +1,4 @@
-"""The JSON body {"points": [[x, y, z], ...], "options": {...}}: strict, and quick to refuse."""
+"""The JSON body {"points": [[x, y, z], ...], "weights": [...], "options": {...}}: strict, quick to refuse."""
 
 import re
 from itertools import chain
@@ -19,21 +19,24 @@ from app.readers.errors import (
 
 _TOKEN = re.compile(r'[\[\]{},:]|"[^"\\]*(?:\\.[^"\\]*)*"')
 _NOT_FINITE = re.compile(r"(?P<nan>-?nan)|(?P<inf>[-+]?inf)", re.IGNORECASE)
-_FEW = 12
+_FEW = 16
+_PER_POINT = ("weights", "standard_deviations")
+_FIELDS = ("points", *_PER_POINT, "options")
 _NUMBER = re.compile(r"[-+]?\d[\d.eE+-]*")
 
 
 def read_json(data: memoryview, max_points: int | None = None) -> Cloud:
-    """Read a JSON request: the points, and the options as they stand (unchecked)."""
+    """Read a JSON request: the points, what stands beside them, and the options as they are (unchecked)."""
     body = bytes(data).removeprefix(b"\xef\xbb\xbf")
     if max_points is not None:
         _check_size(body, max_points)
     document = _parse(body)
     if not isinstance(document, dict):
         raise UnreadableFileError("body", 'the body must be an object {"points": [...]}', describe(document))
-    unknown = [name for name in document if name not in ("points", "options")]
+    unknown = [name for name in document if name not in _FIELDS]
     if unknown:
-        errors = [FieldError(name[:40], "unknown field; allowed are points, options") for name in unknown]
+        allowed = f"unknown field; allowed are {', '.join(_FIELDS)}"
+        errors = [FieldError(name[:40], allowed) for name in unknown]
         raise UnreadableFileError("body", f"fields that are not known: {len(unknown)}", errors=errors)
     if "points" not in document:
         raise UnreadableFileError("points", "points is missing", "missing")
@@ -42,7 +45,20 @@ def read_json(data: memoryview, max_points: int | None = None) -> Cloud:
         raise UnreadableFileError("options", "options must be an object", describe(options))
     _refuse_twice(body, [*document, *options])
     points = to_points(document["points"], max_points)
-    return Cloud(points, ("x", "y", "z"), None, "json", options)
+    beside = {
+        name: _to_numbers(name, document[name]) for name in _PER_POINT if document.get(name) is not None
+    }
+    return Cloud(points, ("x", "y", "z", *beside), None, "json", options, **beside)
+
+
+def _to_numbers(name: str, values: object) -> Array:
+    """Numbers, one a point, as an array; how many, and of what size, the fit checks."""
+    if not isinstance(values, list):
+        raise InvalidPointsError(name, f"{name} must be an array of numbers, one a point", describe(values))
+    if not set(map(type, values)) <= {int, float}:
+        i, bad = next((i, value) for i, value in enumerate(values) if type(value) not in (int, float))
+        raise InvalidPointsError(f"{name}[{i}]", f"{name} must be numbers", describe(bad))
+    return np.array(values, np.float64)
 
 
 def _refuse_twice(body: bytes, names: list[str]) -> None:

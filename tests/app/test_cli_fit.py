@@ -66,6 +66,8 @@ def test_options_arrive(clouds: Path) -> None:
         "criterion": "least_squares",
         "max_error": 1e-6,
         "seed": 7,
+        "constraints": None,
+        "initial_guess": None,
     }
     assert body["status"] == "no_fit"
     assert result.exit_code == 4
@@ -77,7 +79,8 @@ def test_a_request_in_json_is_answered_as_the_service_would(tmp_path: Path) -> N
     file = tmp_path / "request.json"
     file.write_text(json.dumps(body))
     used = json.loads(run("fit", "--json", "--classifier", "none", file).stdout)["receipt"]["options"]
-    assert used == {"criterion": "robust", "max_error": None, "classifier": "none"} | options
+    defaults = {"criterion": "robust", "max_error": None, "constraints": None, "initial_guess": None}
+    assert used == {**defaults, "classifier": "none"} | options
     twice = run("fit", "--json", "--seed", "4", file)
     assert twice.exit_code == 2 and "options.seed: given in two places; keep one" in twice.stderr
     file.write_text(json.dumps(body | {"options": {"kinds": ["cone", "cone"]}}))
@@ -106,7 +109,7 @@ def test_a_failure_of_ours_costs_one_file_only(clouds: Path, monkeypatch: pytest
     def broken(*args: object, **options: object) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("app.files.fit", broken)
+    monkeypatch.setattr("app.files.fit_cloud", broken)
     result = run("fit", "--json", clouds / "cylinder.csv", clouds / "words.txt")
     assert "cylinder.csv: internal error, please report it: ZeroDivisionError" in result.stderr
     assert "words.txt: " in result.stderr
@@ -150,6 +153,7 @@ def test_render_covers_every_status() -> None:
     receipt = {"n_points": 6, "format": "csv", "columns": ["x", "y", "z"]}
     failed = {"kind": "cone", "probability": None, "outcome": "failed", "reason": "too few", "error": None}
     body = {"primitive": sphere, "alternatives": [cone], "message": "both", "error": None, "receipt": receipt}
+    body |= {"active_constraints": {"radius": "fixed at 2.0"}}
     ambiguous = _text(body | {"status": "ambiguous", "attempts": []})
     assert "ambiguous  both" in ambiguous and "or" in ambiguous in ambiguous and "30 degrees" in ambiguous
     nothing = body | {"status": "no_fit", "primitive": None, "alternatives": [], "attempts": [failed]}
