@@ -117,6 +117,7 @@ class ErrorSummary(BaseModel):
     mean: float
     p95: float
     max: float
+    zone: float = Field(description="largest less smallest signed distance: the form error")
     relative_mean: float = Field(description="mean over the diagonal of the bounding box")
     inlier_share: float = Field(description="share of the points not rejected as outliers")
     exact_share: float = Field(description="share of the points that lie on the surface to the last digits")

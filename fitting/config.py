@@ -7,8 +7,23 @@ from typing import Literal, get_args
 from fitting.errors import InvalidOptionError
 from fitting.primitives import KINDS
 
-Criterion = Literal["robust", "least_squares"]
+Criterion = Literal[
+    "robust",
+    "least_squares",
+    "huber",
+    "tukey",
+    "minimum_zone",
+    "minimum_circumscribed",
+    "maximum_inscribed",
+]
 CRITERIA: tuple[str, ...] = get_args(Criterion)
+
+COUNTING_ALL = ("least_squares", "minimum_zone", "minimum_circumscribed", "maximum_inscribed")
+"""Criteria by which every point counts, whatever its distance."""
+
+WITH_A_RADIUS = ("sphere", "cylinder")
+FITTING_KINDS = {"minimum_circumscribed": WITH_A_RADIUS, "maximum_inscribed": WITH_A_RADIUS}
+"""Kinds that a criterion is defined for, where that is not all of them."""
 
 
 @dataclass(frozen=True)
@@ -18,8 +33,12 @@ class Config:
     Attributes
     ----------
     kinds : kinds that may be answered, without repetition
-    criterion : `robust` (outliers rejected, exact where the data is exact) or `least_squares` (every
-        point counts alike)
+    criterion : what the parameters minimise.
+        `robust`: outliers rejected, exact where the data is exact. `least_squares`: the squares of all
+        distances. `huber`, `tukey`: M-estimators with 95 % of its efficiency under normal noise; outliers
+        pull by a bounded amount, or not at all. `minimum_zone`: the largest distance.
+        `minimum_circumscribed`, `maximum_inscribed`: the radius of a sphere or cylinder with all points
+        inside, or its negative with all points outside
     max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share
         of the bounding-box diagonal, in (0, 1]; None derives the limit from the noise of the cloud
     seed : seed of every random choice, from 0 to 2^63 - 1
@@ -44,6 +63,12 @@ class Config:
         if self.criterion not in CRITERIA:
             raise InvalidOptionError(
                 f"criterion is {self.criterion!r:.40}; allowed are {', '.join(CRITERIA)}", "criterion"
+            )
+        if not set(self.kinds) & set(FITTING_KINDS.get(self.criterion, KINDS)):
+            raise InvalidOptionError(
+                f"criterion {self.criterion} is for {' or '.join(FITTING_KINDS[self.criterion])}; "
+                f"kinds allows only {', '.join(self.kinds)}",
+                "kinds",
             )
         if self.max_error is not None and not isinstance(self.max_error, int | float):
             raise InvalidOptionError(f"max_error is {self.max_error!r:.40}, not a number", "max_error")

@@ -6,10 +6,12 @@ import numpy as np
 
 from fitting import _descent
 from fitting.cloud import Cloud
+from fitting.config import FITTING_KINDS
+from fitting.criteria import FINISHERS
 from fitting.geometry import TINY, Array
 from fitting.kernels import Kernel
 from fitting.noise import TRIM, TRIMMED_DEVIATION, exact_points, trimmed_scale
-from fitting.primitives import PRIMITIVES, Primitive
+from fitting.primitives import KINDS, PRIMITIVES, Primitive
 from fitting.refine import CODES, refine, settle
 from fitting.result import FailedFit
 
@@ -40,9 +42,6 @@ SHRINK = 0.7
 ENOUGH_EXACT = 0.3
 """If the best start finds an exact subset of this share, no other is annealed."""
 
-LEAST_SQUARES_STEPS = 500
-"""Steps after which plain least squares is given up."""
-
 MOST_ROUNDS = 5
 """Rounds of choosing points or a scale and refining on them."""
 
@@ -64,8 +63,18 @@ class Annealed:
     exact_share: float
 
 
-def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) -> Primitive | FailedFit:
+@dataclass(frozen=True)
+class Fit:
+    """A primitive as the criterion has it, and the robust fit of its kind, which is what is judged."""
+
+    primitive: Primitive
+    robust: Primitive
+
+
+def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) -> Fit | FailedFit:
     """The best primitive of one kind in the normalised frame of the cloud."""
+    if kind not in (allowed := FITTING_KINDS.get(criterion, KINDS)):
+        return FailedFit(f"{criterion} is defined for a {' or a '.join(allowed)}, not for a {kind}")
     dof = PRIMITIVES[kind].dof
     if len(cloud.working) < dof:
         return FailedFit(f"{len(cloud.working)} distinct points do not determine a {kind}, which takes {dof}")
@@ -74,7 +83,14 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
     starts = ranked_starts(kind, cloud, rng)
     if not len(starts):
         return FailedFit(f"no {kind} could be started from these points")
-    if cloud.is_small(dof):
+    robust = _fit_robustly(kind, starts, cloud)
+    primitive = FINISHERS[criterion](robust, starts, cloud)
+    return Fit(primitive, robust) if primitive else primitive
+
+
+def _fit_robustly(kind: str, starts: Array, cloud: Cloud) -> Primitive:
+    """The best of what the starts are annealed to, polished; in a small cloud plain least squares."""
+    if cloud.is_small(PRIMITIVES[kind].dof):
         surfaces = (PRIMITIVES[kind].from_row(row) for row in starts)
         return min(
             (refine(each, cloud.points) for each in surfaces), key=lambda refined: refined.cost
@@ -84,8 +100,6 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
     if best.exact_share < ENOUGH_EXACT:
         others = distinct_starts(kind, starts[1:], cloud)
         best = best_of([best, *(anneal(kind, row, search, cloud.tolerance) for row in others)], search)
-    if criterion == "least_squares":
-        return least_squares(best.primitive, cloud.points)
     return polish(best.primitive, cloud)
 
 
@@ -145,16 +159,6 @@ def best_of(ends: list[Annealed], points: Array) -> Annealed:
     squared = [end.primitive.signed_distance(points) ** 2 for end in ends]
     scale2 = max(min(float(np.median(each)) for each in squared), TINY)
     return ends[int(np.argmin([Kernel.TUKEY.rho(each / scale2).sum() for each in squared]))]
-
-
-def least_squares(start: Primitive, points: Array) -> Primitive | FailedFit:
-    """Plain least squares over all points, or a failure where it does not come to rest."""
-    refined = refine(start, points, Kernel.LEAST_SQUARES, max_iterations=LEAST_SQUARES_STEPS)
-    if not refined.converged:
-        return FailedFit(
-            f"least squares on a {start.kind} did not come to rest in {LEAST_SQUARES_STEPS} steps"
-        )
-    return refined.primitive
 
 
 def polish(primitive: Primitive, cloud: Cloud) -> Primitive:
