@@ -105,7 +105,8 @@ def _m_estimate(
 
 def _started_at_least_squares(extreme: Callable[[Primitive, Cloud], Primitive | FailedFit]) -> Finisher:
     def finish(fitted: Primitive, starts: Array, cloud: Cloud) -> Primitive | FailedFit:
-        return extreme(least_squares(fitted, starts, cloud) or fitted, cloud)
+        start = least_squares(fitted, starts, cloud)
+        return extreme(fitted if isinstance(start, FailedFit) else start, cloud)
 
     return finish
 

@@ -85,7 +85,7 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
         return FailedFit(f"no {kind} could be started from these points")
     robust = _fit_robustly(kind, starts, cloud)
     primitive = FINISHERS[criterion](robust, starts, cloud)
-    return Fit(primitive, robust) if primitive else primitive
+    return primitive if isinstance(primitive, FailedFit) else Fit(primitive, robust)
 
 
 def _fit_robustly(kind: str, starts: Array, cloud: Cloud) -> Primitive:

@@ -11,9 +11,9 @@ minimum circumscribed    rho        all but the radius
 maximum inscribed        -rho       all but the radius
 =======================  =========  ===========================
 
-Terms as in ISO 14405-1. Source: sequential linear programming with Newton steps on the active points, Fletcher
-and Sainz de la Maza, "Nonlinear programming and nonsmooth optimization by successive linear programming",
-Mathematical Programming 43, 1989.
+Terms as in ISO 14405-1. Source: sequential linear programming with Newton steps on the active points,
+Fletcher and Sainz de la Maza, "Nonlinear programming and nonsmooth optimization by successive linear
+programming", Mathematical Programming 43, 1989.
 """
 
 from dataclasses import dataclass
@@ -43,8 +43,11 @@ SMALLEST_REGION = 1e-16
 WEAKEST = 1e-6
 """Relative size below which a direction that the points hardly determine is not stretched any further."""
 
-DIFFERENCE = 1e-3
-"""Width of differences for second derivatives, in zone widths."""
+DIFFERENCE, LEAST_WIDTH = 1e-3, 1e-7
+"""Width of differences for second derivatives, in spreads of the values, and its least, in the frame."""
+
+SMALLEST_SPREAD = 0.01
+"""Centres and axes start with a trust region of at least this share of the diagonal."""
 
 TRUSTED = 1e-6
 """A Newton step below this that gains nothing is taken for the last one: what it gains drowns in rounding."""
@@ -97,8 +100,13 @@ def minimum_zone(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
 def minimum_circumscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
     """The smallest sphere or cylinder near a start that has all points inside.
 
-    For a sphere there is one minimum; for a cylinder the axis is that of a minimum near the start.
+    For a sphere there is one minimum; for a cylinder the axis is that of a minimum near the start. A start
+    whose centre or axis is far from the points is moved to their centroid.
     """
+    row = start.row()
+    if row[8] > cloud.diagonal:
+        row[3:6] = 0.0
+        start = type(start).from_row(row)
     end = _descend(MINIMUM_CIRCUMSCRIBED, start, cloud)
     return end or FailedFit(f"the minimum circumscribed {start.kind} did not come to rest in {STEPS} steps")
 
@@ -132,11 +140,11 @@ def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> Primitive | None:
     """
     points, primitive = cloud.points, start
     values = task.values(primitive, points)
-    region = max(float(np.ptp(values)), cloud.tolerance)
+    region = max(float(np.ptp(values)), SMALLEST_SPREAD * cloud.diagonal if task.radial else cloud.tolerance)
     candidates = np.empty(0, np.intp)
     for _ in range(STEPS):
         worst = float(values.max())
-        if task.radial and abs(worst) > cloud.diagonal:
+        if task is MAXIMUM_INSCRIBED and -worst > cloud.diagonal:
             return None
         slopes = task.slopes(primitive, primitive, points)
         whitening = _whitening(slopes)
@@ -245,7 +253,9 @@ def _newton_step(
     Values leave the active set where their multiplier is negative, and candidates enter that would exceed the
     others.
     """
-    hessian = _hessian(task, primitive, points, whitening, linear, DIFFERENCE * float(np.ptp(values)))
+    hessian = _hessian(
+        task, primitive, points, whitening, linear, max(DIFFERENCE * float(np.ptp(values)), LEAST_WIDTH)
+    )
     k, active, near = len(whitening), list(linear.active), linear.candidates
     step = np.zeros(k)
     for _ in range(ACTIVE_CHANGES):
@@ -279,6 +289,6 @@ def _hessian(
         moved = task.moved(primitive, whitening @ step)
         return linear.weights @ task.slopes(primitive, moved, there)[place] @ whitening
 
-    widths = max(width, SMALLEST_REGION) * np.eye(len(whitening))
+    widths = width * np.eye(len(whitening))
     rows = np.array([gradient(step) - gradient(-step) for step in widths]) / (2.0 * widths[0, 0])
     return 0.5 * (rows + rows.T)
