@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from fitting.config import Config
 from fitting.errors import InvalidOptionError
-from fitting.primitives import KINDS, Cylinder, Plane, Primitive, Sphere, parameters
+from fitting.primitives import Cylinder, Primitive, Sphere, parameters
 from fitting.recognize import recognize
 from tests.fitting import oracles
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
@@ -72,6 +72,7 @@ def polished(kind: str, start: Primitive, points: Array, task: str) -> float:
                     "fun": lambda x: x[-1] - values(x[:-1]),
                     "jac": lambda x: np.column_stack([-slopes(x[:-1]), np.ones(len(values(x[:-1])))]),
                 },
+                bounds=[(-0.3, 0.3)] * free + [(None, None)],
                 method="SLSQP",
                 options={"ftol": 1e-16, "maxiter": 200},
             )
@@ -143,3 +144,130 @@ def test_the_minimum_zone_is_that_of_another_optimiser(primitive: Primitive, n: 
     points = noisy(primitive, n, 0.02, seed=n)
     zone = answer(points, primitive.kind, "minimum_zone")
     assert largest(zone, points) <= polished(primitive.kind, zone, points, "zone") * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("n", [12, 60])
+def test_the_circumscribed_cylinder_is_that_of_another_optimiser(n: int, seed: int) -> None:
+    points = all_around("cylinder", n, 0.02, seed)
+    cylinder = answer(points, "cylinder", "minimum_circumscribed")
+    assert isinstance(cylinder, Cylinder)
+    assert cylinder.signed_distance(points).max() < 1e-14
+    assert cylinder.radius <= polished("cylinder", cylinder, points, "circumscribed") * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("n", [15, 60])
+@round_kinds
+def test_the_inscribed_surface_is_that_of_another_optimiser(kind: str, n: int) -> None:
+    points = all_around(kind, n, 0.02, seed=n)
+    inscribed = answer(points, kind, "maximum_inscribed")
+    assert isinstance(inscribed, Sphere | Cylinder)
+    assert inscribed.signed_distance(points).min() > -1e-14
+    assert inscribed.radius >= polished(kind, inscribed, points, "inscribed") * (1.0 - 1e-9)
+
+
+@round_kinds
+def test_the_three_radii_hold_each_other(kind: str) -> None:
+    points = all_around(kind, 400, 0.01, seed=5)
+    inscribed, zone, circumscribed = (
+        answer(points, kind, criterion)
+        for criterion in ("maximum_inscribed", "minimum_zone", "minimum_circumscribed")
+    )
+    assert inscribed.radius < zone.radius < circumscribed.radius  # type: ignore[attr-defined]
+    for other in (inscribed, circumscribed):
+        assert np.ptp(zone.signed_distance(points)) <= np.ptp(other.signed_distance(points))
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+@examples
+def test_zones_move_and_scale_with_the_cloud(primitive: Primitive, scale: float) -> None:
+    points = noisy(primitive, 80, 0.02)
+    plain = largest(answer(points, primitive.kind, "minimum_zone"), points)
+    moved = scale * (points @ rotation(1).T + 20.0)
+    assert largest(answer(moved, primitive.kind, "minimum_zone"), moved) == pytest.approx(
+        scale * plain, rel=1e-9
+    )
+
+
+@examples
+def test_zones_far_from_the_origin(primitive: Primitive) -> None:
+    points = np.round(noisy(primitive, 80, 0.02) * 2.0**20) / 2.0**20
+    near, far = (
+        largest(answer(each, primitive.kind, "minimum_zone").transformed(np.eye(3), -offset, 1.0), points)
+        for each, offset in ((points, np.zeros(3)), (points + 2.0**20, np.full(3, 2.0**20)))
+    )
+    assert far == pytest.approx(near, abs=1e-8)
+
+
+@examples
+def test_an_exact_cloud_has_no_zone(primitive: Primitive) -> None:
+    points = sample(primitive, 200)
+    assert largest(answer(points, primitive.kind, "minimum_zone"), points) < 1e-13
+
+
+@examples
+def test_as_many_points_as_parameters_lie_on_the_surface(primitive: Primitive) -> None:
+    points = sample(primitive, primitive.dof, seed=3)
+    assert largest(answer(points, primitive.kind, "minimum_zone"), points) < 1e-12
+
+
+def test_a_corner_of_a_cube_of_points() -> None:
+    """Many more contacts than parameters."""
+    axis = np.linspace(-1.0, 1.0, 5)
+    points = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    sphere = answer(points, "sphere", "minimum_circumscribed")
+    assert isinstance(sphere, Sphere)
+    assert sphere.radius == pytest.approx(np.sqrt(3.0), rel=1e-12)
+    np.testing.assert_allclose(sphere.center, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["sphere", "cylinder"])
+def test_open_surfaces_hold_no_inscribed_one(kind: str) -> None:
+    points = all_around(kind, 300, 0.001, seed=1)
+    middle = points.mean(axis=0)
+    if kind == "cylinder":
+        axis = answer(points, kind, "least_squares").axis  # type: ignore[attr-defined]
+        side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    else:
+        side = np.array([1.0, 0.0, 0.0])
+    found = recognize(
+        points[(points - middle) @ side > 0.1], Config(kinds=(kind,), criterion="maximum_inscribed")
+    )
+    assert found.status == "no_fit" and found.primitive is None
+    assert "do not enclose" in found.attempts[0].reason
+
+
+def test_kinds_without_a_radius_have_no_inscribed_surface() -> None:
+    with pytest.raises(InvalidOptionError, match="is for sphere or cylinder; kinds allows only plane, cone"):
+        Config(kinds=("plane", "cone"), criterion="minimum_circumscribed")
+    found = recognize(all_around("sphere", 300, 0.01, 0), Config(criterion="maximum_inscribed"))
+    assert found.status == "fitted" and isinstance(found.primitive, Sphere)
+    reasons = {attempt.kind: attempt.reason for attempt in found.attempts if attempt.outcome == "failed"}
+    assert set(reasons) == {"plane", "cone", "torus"}
+    assert reasons["cone"] == "maximum_inscribed is defined for a sphere or a cylinder, not for a cone"
+
+
+def test_the_kind_is_found_whatever_the_criterion() -> None:
+    """One stray point in a hundred spoils the minimum zone, not the choice of the kind."""
+    points = noisy(EXAMPLES["cylinder"], 800, 0.005)
+    points[:8] += 0.5
+    for criterion in ("least_squares", "huber", "tukey", "minimum_zone", "minimum_circumscribed"):
+        found = recognize(points, Config(criterion=criterion))  # type: ignore[arg-type]
+        assert found.status == "fitted" and isinstance(found.primitive, Cylinder), criterion
+        assert found.error is not None and found.error.inlier_share > 0.98
+        distance = found.primitive.signed_distance(points)
+        assert found.error.zone == pytest.approx(float(np.ptp(distance)), rel=1e-9)
+
+
+def test_a_kind_that_is_the_only_one_allowed_is_not_refused() -> None:
+    """Unless by `max_error`, which is held against all points."""
+    points = np.random.default_rng(0).uniform(-1.0, 1.0, (300, 3))
+    assert recognize(points, Config(kinds=("sphere",))).status == "no_fit"
+    for criterion in ("least_squares", "minimum_zone"):
+        found = recognize(points, Config(kinds=("sphere",), criterion=criterion))  # type: ignore[arg-type]
+        assert found.status == "fitted" and found.message.startswith("sphere: the only kind allowed, though")
+        assert found.error is not None
+        for factor, status in ((0.99, "no_fit"), (1.01, "fitted")):
+            limit = factor * found.error.relative_mean
+            config = Config(kinds=("sphere",), criterion=criterion, max_error=limit)  # type: ignore[arg-type]
+            assert recognize(points, config).status == status
