@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fitting.cloud import Cloud
 from fitting.geometry import Array
@@ -18,6 +19,9 @@ COMPARED_POINTS = 160
 
 BEST_ENDS = 4
 """Of their ends so many different ones, the cheapest, go on with all points."""
+
+TURNS = 6
+"""Small clouds are looked at in so many more ways for starts."""
 
 SAME_END = 1e-3
 """Ends whose distances differ by less than this, relatively, are the same."""
@@ -44,6 +48,8 @@ def least_squares(fitted: Primitive, starts: Array, cloud: Cloud) -> Primitive |
     """Least squares over all points: the cheapest of several minima, or a failure where none is reached."""
     some = cloud.working[cloud.sample[:COMPARED_POINTS]]
     surfaces = [fitted, *(PRIMITIVES[fitted.kind].from_row(row) for row in starts)]
+    if cloud.is_small(fitted.dof):
+        surfaces += _turned_starts(fitted.kind, cloud)
     ends = _distinct([refine(surface, some) for surface in surfaces], some)
     refined = [
         refine(end, cloud.points, max_iterations=LEAST_SQUARES_STEPS) for end in (fitted, *ends[:BEST_ENDS])
@@ -55,6 +61,22 @@ def least_squares(fitted: Primitive, starts: Array, cloud: Cloud) -> Primitive |
         )
     best = min(at_rest, key=lambda each: each.cost).primitive
     return newton(best, cloud.points, Kernel.LEAST_SQUARES)
+
+
+def _turned_starts(kind: str, cloud: Cloud) -> list[Primitive]:
+    """Guesses from the points as turned in several ways, and turned back: other directions are tried.
+
+    Few points leave many minima, and their normals tell little.
+    """
+    points, rng = cloud.working, np.random.default_rng(0)
+    surfaces: list[Primitive] = []
+    for turn in Rotation.random(TURNS, random_state=0).as_matrix():
+        normals = rng.normal(size=points.shape)
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        rows = PRIMITIVES[kind].initial_guesses(points @ turn.T, normals, rng)
+        guesses = (PRIMITIVES[kind].from_row(row) for row in rows)
+        surfaces += [guess.transformed(turn.T, np.zeros(3), 1.0) for guess in guesses]
+    return surfaces
 
 
 def _distinct(ends: list[Refined], points: Array) -> list[Primitive]:

@@ -28,7 +28,7 @@ from fitting.primitives import Primitive
 from fitting.refine import linearize_along, stepped
 from fitting.result import FailedFit
 
-STEPS = 200
+STEPS = 60
 """Accepted and refused steps after which a start is given up."""
 
 ENTERING = 12
