@@ -68,7 +68,7 @@ def _error(error: Mapping[str, float]) -> Table:
     return grid
 
 
-_LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95 %", "p95"), ("max", "max"))
+_LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95 %", "p95"), ("max", "max"), ("zone", "zone"))
 
 
 def _attempts(attempts: list[Mapping[str, Any]]) -> Table:

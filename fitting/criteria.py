@@ -45,15 +45,21 @@ def robust(fitted: Primitive, starts: Array, cloud: Cloud) -> Primitive:
 
 
 def least_squares(fitted: Primitive, starts: Array, cloud: Cloud) -> Primitive | FailedFit:
-    """Least squares over all points: the cheapest of several minima, or a failure where none is reached."""
+    """Least squares over all points, which the robust fit to few points is already."""
+    return fitted if cloud.is_small(fitted.dof) else cheapest_minimum(fitted, starts, cloud)
+
+
+def cheapest_minimum(fitted: Primitive, starts: Array, cloud: Cloud) -> Primitive | FailedFit:
+    """The cheapest of the minima of least squares that a fit and the starts lead to.
+
+    A failure where none is reached.
+    """
     some = cloud.working[cloud.sample[:COMPARED_POINTS]]
     surfaces = [fitted, *(PRIMITIVES[fitted.kind].from_row(row) for row in starts)]
     if cloud.is_small(fitted.dof):
         surfaces += _turned_starts(fitted.kind, cloud)
-    ends = _distinct([refine(surface, some) for surface in surfaces], some)
-    refined = [
-        refine(end, cloud.points, max_iterations=LEAST_SQUARES_STEPS) for end in (fitted, *ends[:BEST_ENDS])
-    ]
+    ends = _different([refine(surface, some) for surface in surfaces], some)
+    refined = [refine(end, cloud.points, max_iterations=LEAST_SQUARES_STEPS) for end in (fitted, *ends)]
     at_rest = [each for each in refined if each.converged]
     if not at_rest:
         return FailedFit(
@@ -79,8 +85,8 @@ def _turned_starts(kind: str, cloud: Cloud) -> list[Primitive]:
     return surfaces
 
 
-def _distinct(ends: list[Refined], points: Array) -> list[Primitive]:
-    """The primitives, the cheapest first, without those that come to the same distances as a cheaper one."""
+def _different(ends: list[Refined], points: Array) -> list[Primitive]:
+    """The primitives of the `BEST_ENDS` cheapest ends, without those at the distances of a cheaper one."""
     kept: list[Primitive] = []
     seen: list[Array] = []
     for end in sorted((end for end in ends if np.isfinite(end.cost)), key=lambda end: end.cost):
@@ -88,30 +94,30 @@ def _distinct(ends: list[Refined], points: Array) -> list[Primitive]:
         if all(np.linalg.norm(distance - other) > SAME_END * np.linalg.norm(other) for other in seen):
             kept.append(end.primitive)
             seen.append(distance)
+        if len(kept) == BEST_ENDS:
+            break
     return kept
 
 
 def huber(fitted: Primitive, starts: Array, cloud: Cloud) -> Primitive | FailedFit:
     """Huber's M-estimate: outliers pull with the force of `HUBER_95` scales."""
-    return _m_estimate(fitted, starts, cloud, Kernel.HUBER, HUBER_95)
+    return _m_estimate(fitted, cloud, Kernel.HUBER, HUBER_95)
 
 
 def tukey(fitted: Primitive, starts: Array, cloud: Cloud) -> Primitive | FailedFit:
     """Tukey's M-estimate: points beyond `TUKEY_95` scales do not count."""
-    return _m_estimate(fitted, starts, cloud, Kernel.TUKEY, TUKEY_95 / CUTOFF)
+    return _m_estimate(fitted, cloud, Kernel.TUKEY, TUKEY_95 / CUTOFF)
 
 
-def _m_estimate(
-    fitted: Primitive, starts: Array, cloud: Cloud, kernel: Kernel, width: float
-) -> Primitive | FailedFit:
-    """Scale and surface in turn until both rest; too few points to reject any: least squares.
+def _m_estimate(fitted: Primitive, cloud: Cloud, kernel: Kernel, width: float) -> Primitive | FailedFit:
+    """Scale and surface in turn until both rest; least squares where points are too few to reject any.
 
     The scale is the normalised median absolute distance, 1.4826 median |d|, at least the tolerance.
     Source: Huber and Ronchetti, "Robust statistics", 2nd ed. 2009, sections 7.7 and 7.8; Holland and Welsch,
     "Robust regression using iteratively reweighted least-squares", Comm. Statist. A6, 1977 (tuning).
     """
     if cloud.is_small(fitted.dof):
-        return least_squares(fitted, starts, cloud)
+        return fitted
     primitive, scale = fitted, np.inf
     for _ in range(MOST_ROUNDS):
         before, scale = scale, 1.4826 * float(np.median(np.abs(primitive.signed_distance(cloud.points))))

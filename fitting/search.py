@@ -7,7 +7,7 @@ import numpy as np
 from fitting import _descent
 from fitting.cloud import Cloud
 from fitting.config import FITTING_KINDS
-from fitting.criteria import FINISHERS
+from fitting.criteria import FINISHERS, cheapest_minimum
 from fitting.geometry import TINY, Array
 from fitting.kernels import Kernel
 from fitting.noise import TRIM, TRIMMED_DEVIATION, exact_points, trimmed_scale
@@ -84,17 +84,16 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
     if not len(starts):
         return FailedFit(f"no {kind} could be started from these points")
     robust = _fit_robustly(kind, starts, cloud)
+    if isinstance(robust, FailedFit):
+        return robust
     primitive = FINISHERS[criterion](robust, starts, cloud)
     return primitive if isinstance(primitive, FailedFit) else Fit(primitive, robust)
 
 
-def _fit_robustly(kind: str, starts: Array, cloud: Cloud) -> Primitive:
+def _fit_robustly(kind: str, starts: Array, cloud: Cloud) -> Primitive | FailedFit:
     """The best of what the starts are annealed to, polished; in a small cloud plain least squares."""
     if cloud.is_small(PRIMITIVES[kind].dof):
-        surfaces = (PRIMITIVES[kind].from_row(row) for row in starts)
-        return min(
-            (refine(each, cloud.points) for each in surfaces), key=lambda refined: refined.cost
-        ).primitive
+        return cheapest_minimum(PRIMITIVES[kind].from_row(starts[0]), starts, cloud)
     search = cloud.working[cloud.sample[:SEARCH_POINTS]]
     best = anneal(kind, starts[0], search, cloud.tolerance)
     if best.exact_share < ENOUGH_EXACT:
