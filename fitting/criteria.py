@@ -20,7 +20,7 @@ COMPARED_POINTS = 160
 BEST_ENDS = 4
 """Of their ends so many different ones, the cheapest, go on with all points."""
 
-TURNS = 6
+TURNS = 4
 """Small clouds are looked at in so many more ways for starts."""
 
 SAME_END = 1e-3

@@ -127,16 +127,16 @@ kinds = pytest.mark.parametrize("kind", KINDS)
 
 
 @kinds
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_least_squares_is_the_optimum(kind: str, seed: int) -> None:
     check_against_oracle(kind, seed, count=2)
 
 
 @pytest.mark.slow
 @kinds
-@pytest.mark.parametrize("seed", range(6, 100))
+@pytest.mark.parametrize("seed", range(4, 60))
 def test_least_squares_is_the_optimum_of_many_parts(kind: str, seed: int) -> None:
-    check_against_oracle(kind, seed, count=12)
+    check_against_oracle(kind, seed, count=6)
 
 
 @kinds
