@@ -55,6 +55,9 @@ TRUSTED = 1e-6
 REACH = 4.0
 """Newton's step may be so many times as long as the trust region is wide."""
 
+OUT_OF_REACH = 1e6
+"""Values that are farther below the largest than this many radii of the trust region count as so far."""
+
 SLACK = 1e-9
 """Violations and multipliers below this are none, in radii of the trust region."""
 
@@ -150,7 +153,9 @@ def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> Primitive | None:
         whitening = _whitening(slopes)
         slopes = slopes @ whitening
         linear = _linear_programme(values, slopes, region, candidates)
-        if linear is None or linear.promised <= AT_REST or region <= SMALLEST_REGION:
+        if linear is None:
+            return None
+        if linear.promised <= AT_REST or region <= SMALLEST_REGION:
             return _with_radius(task, primitive, worst)
         candidates = linear.candidates
         curved = _newton_step(task, primitive, points, values, slopes, whitening, linear)
@@ -164,8 +169,9 @@ def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> Primitive | None:
                 return _with_radius(task, moves[0], float(reached[0].max()))
             region *= 0.25
             continue
-        ratio = gain / linear.promised
-        region = max(region, 2.0 * length) if ratio > 0.5 else max(0.25 * region, 2.0 * length * (best == 0))
+        good = gain > 0.5 * linear.promised
+        kept = region if good else 0.25 * region
+        region = max(kept, 2.0 * length) if good or steps[best] is curved else kept
         primitive, values = moves[best], reached[best]
     return None
 
@@ -214,7 +220,7 @@ def _linear_programme(
     None where the solver finds no solution.
     """
     k, worst = slopes.shape[1], values.max()
-    headroom = (worst - values) / region
+    headroom = np.minimum((worst - values) / region, OUT_OF_REACH)
     few = np.union1d(candidates, np.argpartition(headroom, min(ENTERING, len(values) - 1))[:ENTERING])
     for _ in range(STEPS):
         found = linprog(

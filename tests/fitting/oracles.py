@@ -91,22 +91,26 @@ def derivatives(kind: str, surface: Surface, points: Long, about: Long | None = 
 
 
 def newton(kind: str, surface: Surface, points: Long, steps: int = 12) -> Surface:
-    """Newton's method on the sum of squares, with differences of the gradient for second derivatives."""
+    """Newton's method on the sum of squares, with differences of the gradient for second derivatives.
 
-    def gradient(about: Long) -> Long:
-        here = distances(kind, moved(kind, surface, about), points)
-        return derivatives(kind, surface, points, about).T @ here
+    In coordinates in which the derivatives are orthonormal: features may be determined very weakly.
+    """
+    triangle = np.linalg.qr(derivatives(kind, surface, points).astype(np.float64), mode="r")
+    whitening = np.linalg.inv(triangle).astype(np.longdouble)
 
-    width = np.longdouble(1e-5)
+    def gradient(surface: Surface, about: Long) -> Long:
+        step = whitening @ about
+        here = distances(kind, moved(kind, surface, step), points)
+        return whitening.T @ (derivatives(kind, surface, points, step).T @ here)
+
+    zero, units = np.zeros(DOF[kind], np.longdouble), np.eye(DOF[kind], dtype=np.longdouble)
     for _ in range(steps):
-        zero = np.zeros(DOF[kind], np.longdouble)
-        units = width * np.eye(DOF[kind], dtype=np.longdouble)
-        hessian = np.stack([gradient(unit) - gradient(-unit) for unit in units]) / (2 * width)
-        scales = np.sqrt(np.abs(np.diag(hessian))).astype(np.float64)
-        scaled = (hessian + hessian.T).astype(np.float64) / 2.0 / np.outer(scales, scales)
-        step = -np.linalg.solve(scaled, gradient(zero).astype(np.float64) / scales) / scales
-        surface = moved(kind, surface, step.astype(np.longdouble))
-        if np.abs(step).max() < 1e-17:
+        width = np.longdouble(1e-3) * np.sqrt(np.sum(distances(kind, surface, points) ** 2)) + 1e-12
+        hessian = np.stack([gradient(surface, width * u) - gradient(surface, -width * u) for u in units])
+        hessian = (hessian / (2 * width)).astype(np.float64)
+        step = np.linalg.solve(0.5 * (hessian + hessian.T), gradient(surface, zero).astype(np.float64))
+        surface = moved(kind, surface, -(whitening @ step.astype(np.longdouble)))
+        if np.linalg.norm(step) < 1e-18 * np.sqrt(len(points)):
             break
     return surface
 
@@ -135,5 +139,6 @@ def least_squares_optimum(kind: str, starts: Iterator[Surface], points: Array) -
             max_nfev=400,
         )
         ends.append((found.cost, moved(kind, start, found.x)))
-    best = min(ends, key=lambda end: end[0])[1]
-    return newton(kind, best, long_points)
+    least = min(end for end, _ in ends)
+    best = [newton(kind, end, long_points) for found_cost, end in ends if found_cost <= least * (1.0 + 1e-6)]
+    return min(best, key=lambda surface: cost(kind, surface, points))
