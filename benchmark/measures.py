@@ -11,8 +11,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fitting.geometry import Array, basis
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Torus
+from fitting.normalize import Frame
+from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 from fitting.primitives.shrec22 import to_vector
+from fitting.refine import refine
 
 DIRECTIONS = {"plane": slice(0, 3), "cylinder": slice(1, 4), "cone": slice(1, 4), "torus": slice(2, 5)}
 """Where the direction stands in the track's vectors; its sign is free."""
@@ -27,17 +29,24 @@ come out about as its best methods do."""
 MOST_SAMPLED = 20_000
 """Points that the sampled measures look at; of larger clouds every k-th."""
 
+REFERENCE_STEPS = 500
+"""Steps of the reference fit at most."""
+
 TURN = 2 * np.pi
 
 
-def is_right(status: str, found: Primitive | None, truth: Primitive | None) -> bool:
-    """Whether the kind is the true one; of a foreign shape (truth None) `no_fit` is right.
+RIGHT_STATUS = {"foreign": "no_fit", "ambiguous": "ambiguous"}
+"""Of clouds of which no kind is right."""
 
-    `ambiguous` counts as wrong, and so does `no_fit` of a primitive.
+
+def is_right(status: str, found: Primitive | None, kind: str) -> bool:
+    """Whether the kind is the true one; of other clouds, whether the status is theirs in `RIGHT_STATUS`.
+
+    `ambiguous` and `no_fit` of a primitive that can be told count as wrong.
     """
-    if truth is None:
-        return status == "no_fit"
-    return status == "fitted" and found is not None and found.kind == truth.kind
+    if kind in RIGHT_STATUS:
+        return status == RIGHT_STATUS[kind]
+    return status == "fitted" and found is not None and found.kind == kind
 
 
 def l2(found: Primitive, truth: Primitive) -> float:
@@ -159,6 +168,7 @@ def truth_errors(found: Primitive, truth: Primitive, points: Array) -> dict[str,
     surface : `surface_error` over the extent of the points
     l2, relative_l2 : `l2` as it is, and with all lengths over the extent; only where the kind is right
     position, relative_position : `position_error`, and the same over the extent; only of planes and cylinders
+    radius : the signed error of the radius over the true one; only of spheres and cylinders
     """
     size = diagonal(points)
     errors = {"surface": surface_error(found, truth, points) / size}
@@ -169,4 +179,21 @@ def truth_errors(found: Primitive, truth: Primitive, points: Array) -> dict[str,
     position = position_error(found, truth, points.mean(axis=0))
     if position is not None:
         errors |= {"position": position, "relative_position": position / size}
+    if isinstance(found, Sphere | Cylinder) and isinstance(truth, Sphere | Cylinder):
+        errors["radius"] = found.radius / truth.radius - 1.0
     return errors
+
+
+def reference_errors(truth: Primitive, points: Array, noise: float) -> dict[str, float]:
+    """`truth_errors` of the reference fit, and what theory expects of its surface error.
+
+    The reference is least squares on the points (N, 3) that belong to the surface, started at the truth.
+    `expected` is  noise sqrt(dof / N)  over the extent. A fit off by the parameters p has the surface error
+    |J p| / sqrt(N) to first order, with the derivatives J of the distances; the covariance of least squares
+    is C = noise^2 (J^T J)^-1. So  surface / expected = sqrt(p^T C^-1 p / dof): covariance-normalised.
+    """
+    frame = Frame.of(points)
+    start = truth.transformed(np.eye(3), -frame.center / frame.scale, 1.0 / frame.scale)
+    found = refine(start, frame.normalize(points), max_iterations=REFERENCE_STEPS).primitive
+    expected = noise * np.sqrt(truth.dof / len(points)) / diagonal(points)
+    return truth_errors(frame.restore(found), truth, points) | {"expected": float(expected)}

@@ -14,7 +14,14 @@ from typing import Any
 import numpy as np
 
 from benchmark.cases import Case, Level
-from benchmark.measures import diagonal, fitting_errors, is_right, sampled_errors, truth_errors
+from benchmark.measures import (
+    diagonal,
+    fitting_errors,
+    is_right,
+    reference_errors,
+    sampled_errors,
+    truth_errors,
+)
 from benchmark.track import TRACK
 from fitting.primitives import PRIMITIVES, Primitive, parameters
 
@@ -22,6 +29,9 @@ Key = tuple[str, int, str, str]
 
 SAMPLED = ("shrec", TRACK)
 """The sets of which the paper's numbers stand beside ours."""
+
+REFERENCED = ("scans-0.3", "scans-2", "outliers", "bias")
+"""The sets of which answers are held against least squares on the points of the surface."""
 
 TIMES = ("seconds", "cpu_seconds")
 """The fields that differ from run to run."""
@@ -55,7 +65,7 @@ class Record:
     Attributes
     ----------
     set, seed, case, method : what identifies it
-    kind : the true one, or "foreign"
+    kind : the true one, or "foreign" or "ambiguous"
     truth, answer : parameters, or None
     groups : of the case
     points, extent, cloud : number of points, diagonal of those of the surface, start of the SHA-256 of all of
@@ -64,6 +74,7 @@ class Record:
     right : `benchmark.measures.is_right`
     errors : of the answer, by measure (`benchmark.measures`); None where a number is not finite
     truth_errors : the measures that need no truth, of the truth itself
+    reference_errors : of least squares on the points of the surface; empty where nothing is held against it
     versions : of the method's package and what it runs on
     """
 
@@ -87,6 +98,7 @@ class Record:
     versions: dict[str, str]
     seconds: float | None = None
     cpu_seconds: float | None = None
+    reference_errors: dict[str, float | None] = field(default_factory=dict)
 
     @property
     def key(self) -> Key:
@@ -117,12 +129,16 @@ class Scored:
     case: Case
     center: np.ndarray = field(init=False)
     truth_errors: dict[str, float | None] = field(init=False)
+    reference_errors: dict[str, float | None] = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", self.case.points.mean(axis=0))
         truth = self.case.truth
         own = _measured(lambda: self._fitting_errors(truth)) if truth else {}
         object.__setattr__(self, "truth_errors", own)
+        held = self.set in REFERENCED and truth and self.case.noise
+        reference = _measured(self._reference_errors) if held else {}
+        object.__setattr__(self, "reference_errors", reference)
 
     def record(self, method: str, outcome: Outcome, versions: dict[str, str]) -> Record:
         case = self.case
@@ -139,12 +155,13 @@ class Scored:
             extent=diagonal(case.surface_points),
             cloud=hashlib.sha256(np.ascontiguousarray(case.points).tobytes()).hexdigest()[:16],
             status=outcome.status,
-            right=is_right(outcome.status, found, case.truth),
+            right=is_right(outcome.status, found, case.kind),
             answer=outcome.primitive,
             note=outcome.note,
             attempts=outcome.attempts,
             errors=_measured(lambda: self._errors(found)) if found else {},
             truth_errors=self.truth_errors,
+            reference_errors=self.reference_errors,
             versions=versions,
             seconds=outcome.seconds,
             cpu_seconds=outcome.cpu_seconds,
@@ -153,6 +170,10 @@ class Scored:
     @property
     def _points(self) -> np.ndarray:
         return self.case.points - self.center
+
+    @property
+    def _on_surface(self) -> np.ndarray:
+        return self.case.surface_points - self.center
 
     def _centred(self, primitive: Primitive) -> Primitive:
         return primitive.transformed(np.eye(3), -self.center, 1.0)
@@ -166,9 +187,12 @@ class Scored:
     def _errors(self, found: Primitive) -> dict[str, float]:
         errors = self._fitting_errors(found)
         if self.case.truth:
-            on_surface = self.case.surface_points - self.center
-            errors |= truth_errors(self._centred(found), self._centred(self.case.truth), on_surface)
+            errors |= truth_errors(self._centred(found), self._centred(self.case.truth), self._on_surface)
         return errors
+
+    def _reference_errors(self) -> dict[str, float]:
+        assert self.case.truth and self.case.noise
+        return reference_errors(self._centred(self.case.truth), self._on_surface, self.case.noise)
 
 
 def _measured(measure: Callable[[], dict[str, float]]) -> dict[str, float | None]:

@@ -35,7 +35,7 @@ def answered(record: Record) -> str:
 
 
 def confusion(records: Iterable[Record]) -> np.ndarray:
-    """Counts (5, 8): rows are true kinds, columns `ANSWERS`; foreign shapes have no row."""
+    """Counts (5, 8): rows are true kinds, columns `ANSWERS`; clouds of no kind have no row."""
     counts = np.zeros((len(KINDS), len(ANSWERS)), dtype=int)
     for record in records:
         if record.kind in KINDS:
@@ -101,8 +101,8 @@ def share(records: Sequence[Record], holds: Callable[[Record], bool]) -> float:
 
 
 def is_close(record: Record) -> bool:
-    """Whether the kind is right and the surface close; of foreign shapes, whether it was refused."""
-    return record.right and (record.kind == "foreign" or record.error("surface") <= CLOSE)
+    """Whether the kind is right and the surface close; of clouds of which no kind is right, the status."""
+    return record.right and (record.kind not in KINDS or record.error("surface") <= CLOSE)
 
 
 def is_exact(record: Record) -> bool:
@@ -121,3 +121,28 @@ def grouped(records: Iterable[Record], key: Callable[[Record], G]) -> dict[G, li
 def seconds(records: Iterable[Record]) -> list[float]:
     """Of the answers that came, and of those that were waited for in vain."""
     return [record.seconds for record in records if record.seconds is not None]
+
+
+def over_least_squares(records: Iterable[Record]) -> tuple[float, int]:
+    """Covariance-normalised errors of right answers over those of the reference fits, as root mean squares.
+
+    Returns
+    -------
+    The ratio, NaN where no reference is known, and the number of clouds that it is made of. A surface error
+    over what theory expects of it is covariance-normalised: see `benchmark.measures.reference_errors`.
+    """
+    squares = [
+        (record.error("surface") / expected, reference / expected)
+        for record in records
+        if record.right
+        and (reference := record.reference_errors.get("surface")) is not None
+        and (expected := record.reference_errors.get("expected"))
+    ]
+    found, of_reference = np.mean(np.square(squares), axis=0) if squares else (np.nan, np.nan)
+    return float(np.sqrt(found / of_reference)), len(squares)
+
+
+def standard_errors(values: Sequence[float]) -> float:
+    """How many standard errors the mean of two or more values is from 0; NaN where all are 0."""
+    with np.errstate(all="ignore"):
+        return float(np.mean(values) / (np.std(values, ddof=1) / np.sqrt(len(values))))

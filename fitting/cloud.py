@@ -44,7 +44,9 @@ class Cloud:
     working : (M, 3) the points, once each where many repeat, or a random sample of a large cloud
     sample : (S,) indices into `working`, in random order
     normals : (L, 3) unit normals at the first L of them
-    local_noise : median scatter of their neighbours about local planes
+    flattest : (L // 2,) indices into `sample` of the half of them whose neighbours scatter least about local
+        planes: few outliers are among them
+    local_noise : median of that scatter among those
     tolerance : size of the rounding of the coordinates
     diagonal : of the bounding box
     flat : all points lie in one plane within the rounding
@@ -55,6 +57,7 @@ class Cloud:
     working: Array
     sample: np.ndarray
     normals: Array
+    flattest: np.ndarray
     local_noise: float
     tolerance: float
     diagonal: float
@@ -86,13 +89,15 @@ class Cloud:
         sample = rng.permutation(len(working))[:SAMPLE_POINTS]
         seen = sample[:NORMAL_POINTS]
         normals_there, scatter = local_planes(working, at=working[seen])
+        flattest = np.sort(np.argsort(scatter, kind="stable")[: (len(scatter) + 1) // 2])
         return cls(
             frame=frame,
             points=normalized,
             working=working,
             sample=sample,
             normals=normals_there if given is None else given[seen],
-            local_noise=float(np.median(scatter)),
+            flattest=flattest,
+            local_noise=float(np.median(scatter[flattest])),
             tolerance=tolerance,
             diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
             flat=bool(spread[2] <= tolerance),

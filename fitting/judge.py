@@ -7,7 +7,6 @@ scan to the next.
 
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -15,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from fitting.cloud import Cloud
 from fitting.geometry import Array
-from fitting.noise import NoiseModel, exact_points, trimmed_scale
+from fitting.noise import NoiseModel, exact_points
 from fitting.primitives import Primitive
 from fitting.refine import linearize
 from fitting.result import ErrorSummary
@@ -26,8 +25,16 @@ OUTLIER = 4.0
 SMALL_DEFORMATION = 0.01
 """Points this close, in diagonals, to a surface that has exact points are no outliers."""
 
-SMALLEST_INLIER_SHARE = 0.5
+SMALLEST_INLIER_SHARE = 0.35
 """Share of the points that must be near a surface, beside the ones that its parameters may choose."""
+
+LARGEST_SECOND_SURFACE = 0.22
+"""Share of the points that may be rejected and lie on a surface of their own."""
+
+FLAT = 0.4
+FLAT_NEIGHBOURS = 12
+"""A rejected point lies on a surface where it and its neighbours among the rejected scatter about their plane
+by less than this share of what they scatter in its narrower direction; of points in space 3 % do."""
 
 LARGEST_STRUCTURE = 0.3
 """Largest share of variance between patches that a surface which explains a cloud leaves ..."""
@@ -38,6 +45,14 @@ CHANCE = 6.0
 LARGEST_BIASED_STRUCTURE = 0.6
 """The same beside exact points: noise with a mean, as the benchmark has it, reaches 0.4 there."""
 
+LARGEST_EXCESS = 3.5
+EXCESS_STRUCTURE = 0.12
+EXCESS_TREND = 35.0
+"""Noise that is this many times what neighbours scatter about local planes must show less structure than this,
+or the product of both its excess and its trend must be smaller.
+
+Correlated noise shows the one or the other, a wrong shape mostly all."""
+
 LARGEST_SCATTER = 0.04
 """Noise beyond this share of the diagonal is a volume rather than a surface.
 
@@ -47,14 +62,17 @@ beside a few exact points, and any noise beside many."""
 CLEAR_STRUCTURE = 0.15
 """A share and a correlation below this are those of noise ..."""
 
-CLEAR_NOISE = 1.5
+CLEAR_NOISE = 2.0
 """... if it is no larger than this many times what neighbours scatter about local planes ..."""
 
 CLEAR_TREND = 4.0
 """... and if the trend is within this many standard deviations of what noise alone shows.
 
 A trend beyond it even for noise that is correlated as the residuals are makes a kind doubtful, whatever the
-ranking says."""
+ranking says; and so does larger noise ..."""
+
+DOUBTFUL_TREND = 15.0
+"""... if the product of its excess over that of neighbours and the trend is beyond this."""
 
 LARGE_EXACT_SHARE = 0.25
 """An exact subset of this share is no accident of sampling (two generatrices reach 0.22)."""
@@ -105,7 +123,9 @@ class Evidence:
     distance : (M,) signed distances of the working points
     exact : (M,) mask of the points on the surface within the rounding
     inlier : (M,) mask of the points not rejected as outliers
-    noise_scale : standard deviation of the core of the points that are not exact
+    noise : the mixture of noise and outliers that makes the distances of the others most likely
+    noise_scale : standard deviation of the noise; of small clouds, in which none is an outlier, of all points
+    second_surface : share of the points that are far from it and lie on a surface of their own
     structure : share of the variance of the inliers' residuals that is between patches of the cloud, or
         follows a quadratic in space
     correlation : of the residuals of neighbouring inliers, 0 for independent noise
@@ -118,7 +138,9 @@ class Evidence:
     distance: Array
     exact: np.ndarray
     inlier: np.ndarray
+    noise: NoiseModel
     noise_scale: float
+    second_surface: float
     structure: float
     correlation: float
     trend: float
@@ -131,18 +153,22 @@ class Evidence:
         absolute = np.abs(distance)
         exact = exact_points(absolute, cloud.tolerance, primitive.dof)
         spare = max(len(absolute) - primitive.dof, 1)
-        inlier, seen = np.ones_like(exact), np.empty(0, np.intp)
+        rest = distance if exact.all() else distance[~exact]
+        noise = NoiseModel.of(rest, ROUNDING_NOISE * cloud.tolerance, cloud.diagonal)
+        inlier, seen, second = np.ones_like(exact), np.empty(0, np.intp), 0.0
         if exact.all():
             noise_scale = 0.0
         elif cloud.is_small(primitive.dof):
             noise_scale = float(np.sqrt(np.sum(absolute**2) / spare))
         else:
-            noise_scale = trimmed_scale(absolute[~exact])
+            noise_scale = noise.scale
             if not exact.any():
                 noise_scale *= float(np.sqrt(len(absolute) / spare))
             nearby = SMALL_DEFORMATION * cloud.diagonal if exact.any() else cloud.tolerance
             inlier = exact | (absolute <= max(OUTLIER * noise_scale, nearby))
             seen = cloud.sample[(inlier & ~exact)[cloud.sample]]
+            far = absolute > LARGEST_DEFORMATION * cloud.diagonal if exact.any() else ~inlier
+            second = _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
         structure = correlation = trend = 0.0
         if len(seen) >= 2 * PATCH_POINTS and noise_scale > cloud.tolerance:
             points, residual = cloud.working[seen], distance[seen]
@@ -154,18 +180,15 @@ class Evidence:
             distance,
             exact,
             inlier,
+            noise,
             noise_scale,
+            second,
             structure,
             correlation,
             trend,
             cloud.tolerance,
             cloud.diagonal,
         )
-
-    @cached_property
-    def noise(self) -> NoiseModel:
-        """The mixture of noise and outliers that makes the distances most likely."""
-        return NoiseModel.of(self.distance, ROUNDING_NOISE * self.rounding, self.diagonal)
 
     @property
     def exact_share(self) -> float:
@@ -183,16 +206,17 @@ class Evidence:
 class Standing(IntEnum):
     """How good an explanation is.
 
-    `DOUBTFUL` is enough if no other kind explains the cloud better, `ACCEPTABLE` if no other probable one
+    `SUSPECT` ones are refused unless another kind is good enough: then they compete, too. `DOUBTFUL` is enough if no other kind explains the cloud better, `ACCEPTABLE` if no other probable one
     does, `CLEAR` if no simpler probable one does: what it leaves over is noise. With `CERTAIN` only the
     simpler kinds that the surface nearly is are asked.
     """
 
     REFUSED = 0
-    DOUBTFUL = 1
-    ACCEPTABLE = 2
-    CLEAR = 3
-    CERTAIN = 4
+    SUSPECT = 1
+    DOUBTFUL = 2
+    ACCEPTABLE = 3
+    CLEAR = 4
+    CERTAIN = 5
 
 
 @dataclass(frozen=True)
@@ -217,6 +241,11 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, only: bool)
     share, least = evidence.inlier_share, min(SMALLEST_INLIER_SHARE + primitive.dof / n, 1.0)
     if share < least:
         return Verdict(Standing.REFUSED, f"only {share:.0%} of the points are near it (at least {least:.0%})")
+    if evidence.second_surface > LARGEST_SECOND_SURFACE:
+        second = (
+            f"{evidence.second_surface:.0%} of the points are far from it and form a surface of their own"
+        )
+        return Verdict(Standing.REFUSED, f"{second} (at most {LARGEST_SECOND_SURFACE:.0%})")
     if max_error is not None:
         return _by_threshold(evidence.mean_inlier_distance / cloud.diagonal, max_error)
     if evidence.exact.all():
@@ -277,12 +306,24 @@ def _by_noise(evidence: Evidence, cloud: Cloud) -> Verdict:
     most = LARGEST_SCATTER * max(1.0 - 4.0 * evidence.primitive.dof / len(evidence.distance), 0.25)
     if evidence.noise_scale > most * cloud.diagonal:
         return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {most:.2e})")
-    if evidence.trend > CLEAR_TREND * _points_alike(evidence.correlation):
+    excess = evidence.noise_scale / max(cloud.local_noise, ROUNDING_NOISE * cloud.tolerance)
+    if (
+        excess > LARGEST_EXCESS
+        and evidence.structure > EXCESS_STRUCTURE
+        and excess * evidence.trend > EXCESS_TREND
+    ):
+        return Verdict(
+            Standing.SUSPECT,
+            f"the shape is systematically off: {spread}, and {excess:.1f} times that of neighbours "
+            f"(at most {LARGEST_EXCESS})",
+        )
+    uncorrelated = excess > CLEAR_NOISE and excess * evidence.trend > DOUBTFUL_TREND
+    if uncorrelated or evidence.trend > CLEAR_TREND * _points_alike(evidence.correlation):
         return Verdict(Standing.DOUBTFUL, spread)
     clear = (
         evidence.trend <= CLEAR_TREND
         and max(evidence.structure, evidence.correlation) <= CLEAR_STRUCTURE
-        and evidence.noise_scale <= max(CLEAR_NOISE * cloud.local_noise, cloud.tolerance)
+        and excess <= CLEAR_NOISE
     )
     return Verdict(Standing.CLEAR if clear else Standing.ACCEPTABLE, spread)
 
@@ -374,6 +415,16 @@ def _between(values: Array) -> float:
     within = float(np.sum((values - values.mean(axis=1, keepdims=True)) ** 2)) / (k * (n - 1))
     total = float(np.sum((values - values.mean()) ** 2)) / (k * n - 1)
     return 1.0 - within / total if total > 0.0 else 0.0
+
+
+def _on_surfaces(points: Array) -> int:
+    """How many of the points (N, 3) lie on a surface with their neighbours among them."""
+    if len(points) < 2 * FLAT_NEIGHBOURS:
+        return 0
+    offsets = points[cKDTree(points).query(points, k=FLAT_NEIGHBOURS)[1]]
+    offsets -= offsets.mean(axis=1, keepdims=True)
+    squares = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", offsets, offsets))
+    return int(np.count_nonzero(squares[:, 0] < FLAT**2 * squares[:, 1]))
 
 
 def _correlation(feet: Array, residual: Array) -> float:

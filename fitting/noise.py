@@ -16,12 +16,24 @@ COARSEST_STEPS = 64
 LEAST_EXACT = 0.03
 """Smallest share of a cloud that counts as an exact subset."""
 
-MIXTURE_POINTS = 2048
-MIXTURE_ROUNDS = 20
-"""Distances that a mixture is found from, and the rounds of doing so."""
+COARSEST_EXACT = 1e-3
+"""Rounding, in the normalised frame, beyond which points near a surface do not count as exact: a wrong one
+may be as near."""
+
+MIXTURE_POINTS = 1024
+MIXTURE_ROUNDS = 40
+"""Distances that a mixture is found from, and the rounds of doing so at most."""
+
+MIXTURE_STARTS = {0.2: 0.2533, 0.5: 0.6745}
+"""Shares of the distances that the scale is started from, with what a unit normal variable has there.
+
+From the median alone, more than half of outliers pass for wide noise."""
 
 LEAST_OUTLIERS, MOST_OUTLIERS = 1e-4, 0.7
 """Bounds of the share of outliers in a mixture: at 0 a single outlier would have no likelihood at all."""
+
+PEAK = 2.0
+"""Standard deviations by which a peak must stand out."""
 
 TRIM = 2.5
 TRIMMED_DEVIATION = 0.9545975
@@ -74,9 +86,11 @@ def exact_points(distance: Array, tolerance: float, dof: int) -> np.ndarray:
 
     Empty where that many could lie there by accident: unless it is all of them, there must be at least
     four times the points that determine the surface, `LEAST_EXACT` of the cloud, and five times what the
-    density of points between one and ten tolerances lets expect.
+    density of points between one and ten tolerances lets expect. Empty, too, where the tolerance is coarse.
     """
     mask = distance <= tolerance
+    if tolerance > COARSEST_EXACT:
+        return np.zeros_like(mask)
     if mask.all():
         return mask
     count = int(mask.sum())
@@ -84,6 +98,19 @@ def exact_points(distance: Array, tolerance: float, dof: int) -> np.ndarray:
     if count >= max(4 * dof, LEAST_EXACT * len(distance)) and count > 5.0 * nearby / 9.0:
         return mask
     return np.zeros_like(mask)
+
+
+def is_peaked(distance: Array, dof: int) -> bool:
+    """Whether more of the distances (N,) are near 0 than a smooth density has there.
+
+    That is what an exact subset looks like from a surface that is off by the uncertainty of its `dof`
+    parameters: compared are the points within twice that and those within three times as much.
+    """
+    absolute = np.abs(distance)
+    near = 2.0 * trimmed_scale(absolute) * float(np.sqrt(dof / len(absolute)))
+    inside = int(np.count_nonzero(absolute <= near))
+    around = int(np.count_nonzero(absolute <= 3.0 * near)) - inside
+    return inside - around / 2.0 > PEAK * np.sqrt(inside + around / 4.0 + 1.0)
 
 
 @dataclass(frozen=True)
@@ -107,16 +134,31 @@ class NoiseModel:
         "MLESAC", CVIU 78, 2000.
         """
         few = distance[:: -(-len(distance) // MIXTURE_POINTS)] ** 2
-        scale = max(1.4826 * float(np.sqrt(np.median(few))), smallest)
-        share = 0.05
-        for _ in range(MIXTURE_ROUNDS):
-            surface = (1.0 - share) * _normal(few, scale)
-            belongs = surface / (surface + share / width)
-            total = float(belongs.sum())
-            scale = max(float(np.sqrt(belongs @ few / max(total, TINY))), smallest)
-            share = min(max(1.0 - total / len(few), LEAST_OUTLIERS), MOST_OUTLIERS)
-        likelihood = np.log((1.0 - share) * _normal(distance**2, scale) + share / width)
-        return cls(scale, share, float(likelihood.sum()))
+        starts = [
+            float(np.sqrt(np.quantile(few, share, method="lower"))) / size
+            for share, size in MIXTURE_STARTS.items()
+        ]
+        mixtures = [_maximized(few, max(start, smallest), smallest, width) for start in starts]
+        scale, share = max(mixtures, key=lambda mixture: _log_likelihood(few, *mixture, width))
+        return cls(scale, share, _log_likelihood(distance**2, scale, share, width))
+
+
+def _maximized(squared: Array, scale: float, smallest: float, width: float) -> tuple[float, float]:
+    """The scale and the share of outliers of the mixture that expectation maximisation comes to."""
+    share = 0.05
+    for _ in range(MIXTURE_ROUNDS):
+        surface = (1.0 - share) * _normal(squared, scale)
+        belongs = surface / (surface + share / width)
+        total, before = float(belongs.sum()), scale
+        scale = max(float(np.sqrt(belongs @ squared / max(total, TINY))), smallest)
+        share = min(max(1.0 - total / len(squared), LEAST_OUTLIERS), MOST_OUTLIERS)
+        if abs(scale - before) <= 1e-3 * scale:
+            break
+    return scale, share
+
+
+def _log_likelihood(squared: Array, scale: float, share: float, width: float) -> float:
+    return float(np.log((1.0 - share) * _normal(squared, scale) + share / width).sum())
 
 
 def _normal(squared: Array, scale: float) -> Array:

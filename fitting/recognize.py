@@ -32,7 +32,7 @@ class _Try:
 
     @property
     def acceptable(self) -> bool:
-        return self.standing > Standing.REFUSED
+        return self.standing > Standing.SUSPECT
 
 
 def recognize(
@@ -112,7 +112,7 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
     attempt = Attempt(
         kind=kind,
         probability=probability,
-        outcome="refused" if verdict.standing == Standing.REFUSED else "accepted",
+        outcome="accepted" if verdict.standing > Standing.SUSPECT else "refused",
         reason=verdict.reason,
         primitive=cloud.frame.restore(fit.primitive.canonical(np.zeros(3))),
         error=error,
@@ -122,6 +122,8 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
 
 def _conclude(tries: list[_Try], cloud: Cloud) -> Recognition:
     """Choose among the acceptable tries, or name the best of the others."""
+    if any(tried.acceptable for tried in tries):
+        tries = [_reconsidered(tried) for tried in tries]
     fits = [tried for tried in tries if tried.evidence]
     acceptable = [tried for tried in fits if tried.acceptable]
     if not fits:
@@ -144,6 +146,13 @@ def _conclude(tries: list[_Try], cloud: Cloud) -> Recognition:
         message = f"the cloud may be a {names}: the points do not tell them apart"
         return _recognition("ambiguous", best, rivals, tries, message, cloud)
     return _recognition("fitted", best, [], tries, f"{best.attempt.kind}: {best.attempt.reason}", cloud)
+
+
+def _reconsidered(tried: _Try) -> _Try:
+    """The try as one that competes if it was only suspect."""
+    if tried.standing != Standing.SUSPECT:
+        return tried
+    return _Try(replace(tried.attempt, outcome="accepted"), tried.evidence, Standing.DOUBTFUL)
 
 
 def _best(candidates: list[_Try]) -> _Try:

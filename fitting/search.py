@@ -1,6 +1,7 @@
 """The best primitive of one kind: starts, annealed robust refinement, and a finish on the right points."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from fitting.config import FITTING_KINDS
 from fitting.criteria import FINISHERS, cheapest_minimum
 from fitting.geometry import TINY, Array
 from fitting.kernels import Kernel
-from fitting.noise import TRIM, TRIMMED_DEVIATION, exact_points, trimmed_scale
+from fitting.noise import TRIM, TRIMMED_DEVIATION, NoiseModel, exact_points, is_peaked, trimmed_scale
 from fitting.primitives import KINDS, PRIMITIVES, Primitive
 from fitting.refine import CODES, refine, settle
 from fitting.result import FailedFit
@@ -37,10 +38,14 @@ SAME_END = 0.03
 """Starts whose distances differ by less than this, relatively, have come to the same end."""
 
 SHRINK = 0.7
-"""Factor between the kernel scales of one step and the next."""
+SLOW_SHRINK = 0.85
+"""Factor between the kernel scales of one step and the next; the slow one finds smaller exact subsets."""
 
 ENOUGH_EXACT = 0.3
 """If the best start finds an exact subset of this share, no other is annealed."""
+
+UNEXPLAINED = 2.0
+"""The flattest part of the cloud is searched, too, where what is left over is this many times its noise."""
 
 MOST_ROUNDS = 5
 """Rounds of choosing points or a scale and refining on them."""
@@ -63,6 +68,25 @@ class Annealed:
     exact_share: float
 
 
+@dataclass(frozen=True, eq=False)
+class View:
+    """What a search looks at: points (N, 3) in random order, unit normals (L, 3) at the first, the rounding."""
+
+    points: Array
+    normals: Array
+    tolerance: float
+
+    @classmethod
+    def of(cls, cloud: Cloud) -> Self:
+        return cls(cloud.working[cloud.sample[:SEARCH_POINTS]], cloud.normals, cloud.tolerance)
+
+    @classmethod
+    def of_flattest(cls, cloud: Cloud) -> Self:
+        """Of the part of a cloud that has the fewest outliers."""
+        points = cloud.working[cloud.sample[cloud.flattest]]
+        return cls(points, cloud.normals[cloud.flattest], cloud.tolerance)
+
+
 @dataclass(frozen=True)
 class Fit:
     """A primitive as the criterion has it, and the robust fit of its kind, which is what is judged."""
@@ -80,41 +104,66 @@ def fit_kind(kind: str, cloud: Cloud, criterion: str, rng: np.random.Generator) 
         return FailedFit(f"{len(cloud.working)} distinct points do not determine a {kind}, which takes {dof}")
     if cloud.flat and kind != "plane":
         return FailedFit(f"the points lie in one plane and do not determine a {kind}")
-    starts = ranked_starts(kind, cloud, rng)
+    view = View.of(cloud)
+    starts = ranked_starts(kind, view, rng)
     if not len(starts):
         return FailedFit(f"no {kind} could be started from these points")
-    robust = _fit_robustly(kind, starts, cloud)
+    robust = _fit_robustly(kind, starts, view, cloud, rng)
     if isinstance(robust, FailedFit):
         return robust
     primitive = FINISHERS[criterion](robust, starts, cloud)
     return primitive if isinstance(primitive, FailedFit) else Fit(primitive, robust)
 
 
-def _fit_robustly(kind: str, starts: Array, cloud: Cloud) -> Primitive | FailedFit:
+def _fit_robustly(
+    kind: str, starts: Array, view: View, cloud: Cloud, rng: np.random.Generator
+) -> Primitive | FailedFit:
     """The best of what the starts are annealed to, polished; in a small cloud plain least squares."""
     if cloud.is_small(PRIMITIVES[kind].dof):
         return cheapest_minimum(PRIMITIVES[kind].from_row(starts[0]), starts, cloud)
-    search = cloud.working[cloud.sample[:SEARCH_POINTS]]
-    best = anneal(kind, starts[0], search, cloud.tolerance)
-    if best.exact_share < ENOUGH_EXACT:
-        others = distinct_starts(kind, starts[1:], cloud)
-        best = best_of([best, *(anneal(kind, row, search, cloud.tolerance) for row in others)], search)
+    best = search(kind, starts, view)
+    if best.exact_share == 0.0 and _noise(best.primitive, cloud).scale > UNEXPLAINED * cloud.local_noise:
+        best = _likelier(best, kind, cloud, rng)
     return polish(best.primitive, cloud)
 
 
-def ranked_starts(kind: str, cloud: Cloud, rng: np.random.Generator) -> Array:
+def _likelier(best: Annealed, kind: str, cloud: Cloud, rng: np.random.Generator) -> Annealed:
+    """The given end or that of a search in the flattest part of the cloud: what explains the cloud better."""
+    view = View.of_flattest(cloud)
+    starts = ranked_starts(kind, view, rng)
+    if not len(starts):
+        return best
+    other = search(kind, starts, view)
+    return max((best, other), key=lambda end: _noise(end.primitive, cloud).log_likelihood)
+
+
+def _noise(primitive: Primitive, cloud: Cloud) -> NoiseModel:
+    distance = primitive.signed_distance(cloud.working[cloud.sample])
+    return NoiseModel.of(distance, cloud.tolerance, cloud.diagonal)
+
+
+def ranked_starts(kind: str, view: View, rng: np.random.Generator) -> Array:
     """Rows (K, 9) of initial guesses after some robust steps, the best first."""
-    points = cloud.working[cloud.sample[:GUESS_POINTS]]
-    guesses = PRIMITIVES[kind].initial_guesses(points, cloud.normals[:GUESS_POINTS], rng)
-    return _settled(kind, guesses, points, cloud.tolerance, RANKING_STEPS)[0]
+    points = view.points[:GUESS_POINTS]
+    guesses = PRIMITIVES[kind].initial_guesses(points, view.normals[:GUESS_POINTS], rng)
+    return _settled(kind, guesses, points, view.tolerance, RANKING_STEPS)[0]
 
 
-def distinct_starts(kind: str, starts: Array, cloud: Cloud) -> list[Array]:
+def search(kind: str, starts: Array, view: View) -> Annealed:
+    """The best end of annealing from the first of the starts (K, 9), and from others where they are asked."""
+    best = anneal(kind, starts[0], view.points, view.tolerance)
+    if best.exact_share >= ENOUGH_EXACT:
+        return best
+    others = distinct_starts(kind, starts[1:], view)
+    return best_of([best, *(anneal(kind, row, view.points, view.tolerance) for row in others)], view.points)
+
+
+def distinct_starts(kind: str, starts: Array, view: View) -> list[Array]:
     """Of the better starts, after some more steps, the best few that have not come to the same end."""
-    points = cloud.working[cloud.sample[:GUESS_POINTS]]
+    points = view.points[:GUESS_POINTS]
     chosen: list[Array] = []
     ends: list[Array] = []
-    rows, distances = _settled(kind, starts[:SETTLED_STARTS], points, cloud.tolerance, SETTLING_STEPS)
+    rows, distances = _settled(kind, starts[:SETTLED_STARTS], points, view.tolerance, SETTLING_STEPS)
     for row, distance in zip(rows, np.abs(distances), strict=True):
         if all(np.linalg.norm(distance - other) > SAME_END * np.linalg.norm(other) for other in ends):
             chosen.append(row)
@@ -133,7 +182,7 @@ def _settled(kind: str, rows: Array, points: Array, tolerance: float, steps: int
     return rows[order], distances[order]
 
 
-def anneal(kind: str, row: Array, points: Array, tolerance: float) -> Annealed:
+def anneal(kind: str, row: Array, points: Array, tolerance: float, shrink: float = SHRINK) -> Annealed:
     """Refine under a Geman-McClure kernel whose scale shrinks to the noise, and on to an exact subset.
 
     Source: graduated non-convexity, Black and Rangarajan, IJCV 19, 1996; Yang et al., IEEE RA-L 5, 2020.
@@ -141,7 +190,7 @@ def anneal(kind: str, row: Array, points: Array, tolerance: float) -> Annealed:
     dof = PRIMITIVES[kind].dof
     need = max(2 * dof + 2, int(np.ceil(LOST * len(points))))
     row, at_noise = _descent.anneal(
-        CODES[kind], row, points, tolerance, SHRINK, LOCKED, AT_NOISE, need, TRIM, TRIMMED_DEVIATION
+        CODES[kind], row, points, tolerance, shrink, LOCKED, AT_NOISE, need, TRIM, TRIMMED_DEVIATION
     )
     primitive = PRIMITIVES[kind].from_row(row)
     exact = exact_points(np.abs(primitive.signed_distance(points)), tolerance, dof)
@@ -161,8 +210,18 @@ def best_of(ends: list[Annealed], points: Array) -> Annealed:
 
 
 def polish(primitive: Primitive, cloud: Cloud) -> Primitive:
-    """Least squares on the exact points where there are any, else under a wide biweight on all points."""
-    return _polish_exact(primitive, cloud) or _polish_noisy(primitive, cloud)
+    """Least squares on the exact points where there are any, else under a wide biweight on all points.
+
+    A small exact subset is found only from the biweight's optimum, and on all working points.
+    """
+    exact = _polish_exact(primitive, cloud)
+    if exact:
+        return exact
+    noisy = _polish_noisy(primitive, cloud)
+    if not is_peaked(noisy.signed_distance(cloud.working), noisy.dof):
+        return noisy
+    end = anneal(noisy.kind, noisy.row(), cloud.working, cloud.tolerance, SLOW_SHRINK)
+    return _polish_exact(end.primitive, cloud) or noisy
 
 
 def _polish_exact(primitive: Primitive, cloud: Cloud) -> Primitive | None:

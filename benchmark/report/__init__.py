@@ -5,6 +5,7 @@ from pathlib import Path
 
 from benchmark.records import RecordsFile
 from benchmark.report import pictures, sections
+from benchmark.report.bars import held_to
 from benchmark.report.data import Data, NoRecordsError
 from benchmark.report.details import details
 from benchmark.report.pictures import MissingMatplotlibError
@@ -23,8 +24,8 @@ def write(file: RecordsFile, out: Path) -> Path:
     pictures.require_matplotlib()
     data = Data.of(file)
     drawn = pictures.draw(data, out / "images")
-    parts: list[Iterable[str]] = [sections.head(data), sections.at_a_glance(data, drawn)]
-    parts.append(sections.behind(data))
+    parts: list[Iterable[str]] = [sections.head(data), held_to(data)]
+    parts += [sections.at_a_glance(data, drawn), sections.behind(data)]
     parts += [sections.of_set(data, set_, drawn) for set_ in data.sets]
     parts += [sections.methods(data), [sections.MEASURES]]
     _write(out / "benchmark-details.md", [details(data)])

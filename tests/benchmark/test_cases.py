@@ -5,9 +5,31 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from benchmark.cases import ARCS, CASE_SETS, COORDINATES, EXACT, OUTLIERS, SIZES, TEST_SET, turn
-from fitting.primitives import KINDS
-from synthetic.recipes import PERTURBATIONS
+from benchmark.cases import (
+    ARCS,
+    CASE_SETS,
+    COORDINATES,
+    EXACT,
+    OBJECTS,
+    OUTLIERS,
+    ROUND,
+    SIZES,
+    TEST_SET,
+    turn,
+)
+from benchmark.pieces import (
+    BIAS_NOISE,
+    GAINS,
+    NOISE_LAWS,
+    PAIR_NOISE,
+    PAIRS,
+    draw_pair,
+    feet,
+    noise_of_gain,
+    noisy,
+)
+from fitting.primitives import KINDS, Sphere
+from synthetic.recipes import PERTURBATIONS, SHAPES
 
 FEW = 12
 
@@ -64,6 +86,8 @@ def test_every_run_holds_every_level_alike():
         ("exact-share", EXACT, 5),
         ("sizes", SIZES, 5),
         ("coordinates", COORDINATES, 10),
+        ("ambiguity", GAINS, 2 * len(PAIRS)),
+        ("bias", OBJECTS, len(ROUND) * len(NOISE_LAWS)),
     ):
         chosen = CASE_SETS[name]
         assert chosen.small % (len(levels) * kinds) == 0, name
@@ -117,3 +141,68 @@ def test_near_degenerate_shapes_are_what_they_are_called():
 def test_foreign_shapes_have_no_truth():
     case = CASE_SETS["foreign"].draw(1, 0)
     assert case.truth is None and case.kind == "foreign" and case.groups == {"shape": "ellipsoid"}
+    assert set(CASE_SETS["foreign"].description.groups["shape"]) == set(SHAPES)
+
+
+@pytest.mark.parametrize(("name", "share"), [("scans-0.3", 0.003), ("scans-2", 0.02)])
+def test_scans_have_the_noise_that_their_set_says(name, share):
+    """Along the ray; along the normal it is less. A turn changes the diagonal of the bounding box."""
+    for index in range(len(KINDS)):
+        case = CASE_SETS[name].draw(2, index)
+        points = case.surface_points - case.points.mean(axis=0)
+        truth = case.truth.transformed(np.eye(3), -case.points.mean(axis=0), 1.0)
+        extent = np.linalg.norm(np.ptp(feet(truth, points), axis=0))
+        assert case.noise == pytest.approx(share * extent, rel=0.4)
+        assert 0.3 * case.noise < np.sqrt(np.mean(truth.signed_distance(points) ** 2)) < 1.2 * case.noise
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_a_pair_is_as_far_apart_as_its_gain_says(pair):
+    """Whoever knows noise and both surfaces gains g +- sqrt(2 g) a cloud, and Phi(sqrt(g / 2)) are right."""
+    rng, gain, clouds = np.random.default_rng(3), GAINS["indistinguishable"], 300
+    gains = []
+    for _ in range(clouds // 2):
+        simpler, other, points, noise = draw_pair(rng, pair)
+        noise = noise_of_gain(noise, gain)
+        assert PAIR_NOISE.low <= noise / np.linalg.norm(np.ptp(points, axis=0)) <= PAIR_NOISE.high
+        for truth, rival in ((simpler, other), (other, simpler)):
+            cloud = feet(truth, points)
+            cloud += noise * rng.standard_normal((len(cloud), 1)) * truth.gradient(cloud)
+            squares = rival.signed_distance(cloud) ** 2 - truth.signed_distance(cloud) ** 2
+            gains.append(np.sum(squares) / (2 * noise**2))
+    assert np.mean(gains) == pytest.approx(gain, abs=4 * np.sqrt(2 * gain / clouds))
+    assert np.mean(np.array(gains) > 0) == pytest.approx(0.588, abs=4 * np.sqrt(0.25 / clouds))
+
+
+def test_ambiguous_pairs_have_no_right_kind_and_clear_ones_do():
+    cases = [CASE_SETS["ambiguity"].draw(1, index) for index in range(4 * len(PAIRS))]
+    hidden, clear = cases[: 2 * len(PAIRS)], cases[2 * len(PAIRS) :]
+    assert {case.kind for case in hidden} == {"ambiguous"} and all(case.truth for case in hidden)
+    assert [case.groups["pair"] for case in clear] == [case.groups["pair"] + ", clear" for case in hidden]
+    kinds = [name for pair in PAIRS for name in pair.split(" or ")]
+    assert [case.kind for case in clear] == [case.truth.kind for case in hidden] == kinds
+    for one, other in zip(hidden, clear, strict=True):
+        assert len(one.points) == len(other.points)
+        assert one.noise / other.noise == pytest.approx(np.sqrt(500 / 0.1))
+
+
+@pytest.mark.parametrize(("law", "spread"), [("along the normal", [0, 0, 1]), ("isotropic", [1, 1, 1])])
+def test_noise_has_the_size_and_the_directions_that_it_says(law, spread):
+    """Of one place of a sphere, ten thousand times."""
+    drawn = noisy(
+        np.random.default_rng(0), Sphere([0, 0, 0], 1.0), np.tile([1.0, 0, 0], (10_000, 1)), 0.01, law
+    )
+    variances = np.linalg.eigvalsh(np.cov(drawn.points.T))
+    assert variances / 1e-4 == pytest.approx(spread, abs=6 * np.sqrt(2 / 10_000))
+    for case in (CASE_SETS["bias"].draw(1, index) for index in range(8)):
+        assert case.noise == BIAS_NOISE * case.truth.radius and len(case.points) == 1000
+        assert np.std(case.truth.signed_distance(case.points)) == pytest.approx(case.noise, rel=0.15)
+
+
+def test_pieces_of_120_degrees_are_as_wide_as_they_say():
+    for index in range(2, 4):
+        case = CASE_SETS["bias"].draw(1, index)
+        assert case.groups == {"noise": "along the normal", "object": "of 120 degrees"}
+        outward = case.truth.gradient(case.points)
+        middle = outward.mean(axis=0) / np.linalg.norm(outward.mean(axis=0))
+        assert np.degrees(np.arccos(np.min(outward @ middle))) == pytest.approx(60.0, abs=4.0)

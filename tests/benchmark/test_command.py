@@ -40,7 +40,7 @@ def test_a_run_stores_a_record_for_each_cloud(folder):
     for record in records:
         assert record.method == "primfit" and record.versions["primfit"] and record.versions["source"]
         assert record.seconds > 0.0 and record.attempts and record.note
-    right = [record.right for record in records if record.set != "foreign"]
+    right = [record.right for record in records if record.set not in ("foreign", "ambiguity")]
     assert sum(right) >= len(right) - 1
 
 
@@ -67,6 +67,7 @@ def test_the_report_is_made_of_the_records(folder, tmp_path, capsys):
     text = (tmp_path / "benchmark.md").read_text()
     for chosen in CASE_SETS.values():
         assert f"\n## {chosen.description.title}\n" in text
+    assert text.index("## What the estimator is held to") < text.index("## At a glance")
     assert "primfit bench run --set arcs --n 2 --seed 1\n" in text
     assert "primfit bench run --shrec22 DIR\n" in text
     for name in pictures.PICTURES:

@@ -10,6 +10,7 @@ from benchmark.measures import (
     is_right,
     l2,
     position_error,
+    reference_errors,
     sampled_distances,
     sampled_errors,
     surface_error,
@@ -145,19 +146,61 @@ def test_another_kind_has_a_surface_error_only():
     assert set(truth_errors(Plane(Z, ORIGIN), Sphere(ORIGIN, 1.0), SQUARE)) == {"surface"}
 
 
+def test_radius_errors_are_signed_shares_of_the_radius():
+    for found, truth in (
+        (Sphere(X, 2.2), Sphere(ORIGIN, 2.0)),
+        (Cylinder(Z, X, 2.2), Cylinder(Z, ORIGIN, 2.0)),
+    ):
+        assert truth_errors(found, truth, SQUARE)["radius"] == pytest.approx(0.1)
+        assert truth_errors(truth, found, SQUARE)["radius"] == pytest.approx(-1 / 11)
+    assert "radius" not in truth_errors(Cylinder(Z, X, 2.2), Sphere(ORIGIN, 2.0), SQUARE)
+
+
+def test_the_reference_fit_and_what_is_expected_of_it_by_hand():
+    """Heights 2 +- 1 over the corners of a rectangle, as on a saddle: the best plane is z = 2.
+
+    The extent is that of 6 x 8 x 2; three parameters and four points under noise of 0.5 let expect a surface
+    error of 0.5 sqrt(3 / 4).
+    """
+    points = np.array([[3, 4, 3], [-3, 4, 1], [3, -4, 1], [-3, -4, 3]], float)
+    errors = reference_errors(Plane(Z, ORIGIN), points, 0.5)
+    extent = np.sqrt(36 + 64 + 4)
+    assert errors["surface"] == pytest.approx(2.0 / extent)
+    assert errors["expected"] == pytest.approx(0.5 * np.sqrt(0.75) / extent)
+    assert errors["position"] == pytest.approx(2.0) and errors["l2"] == pytest.approx(0.0, abs=1e-12)
+
+
 @pytest.mark.parametrize(
-    ("status", "found", "truth", "right"),
+    "truth", [Sphere([5, 0, 1], 2.0), Cylinder([1, 2, 3], [9, 9, 9], 2.0), Torus([1, 1, 0], X, 3.0, 1.0)]
+)
+def test_reference_fits_err_as_theory_expects(truth):
+    """The mean of  surface^2 / expected^2  is 1, with a standard deviation of sqrt(2 / dof / clouds)."""
+    rng = np.random.default_rng(0)
+    squares = []
+    for _ in range(150):
+        points = truth.surface(*rng.uniform(0.5, 2.5, (2, 300)))
+        points += 0.01 * rng.standard_normal((300, 1)) * truth.gradient(points)
+        errors = reference_errors(truth, points, 0.01)
+        squares.append((errors["surface"] / errors["expected"]) ** 2)
+    assert np.mean(squares) == pytest.approx(1.0, abs=4 * np.sqrt(2 / truth.dof / 150))
+
+
+@pytest.mark.parametrize(
+    ("status", "found", "kind", "right"),
     [
-        ("fitted", Plane(X, ORIGIN), Plane(Z, ORIGIN), True),
-        ("fitted", Sphere(ORIGIN, 1.0), Plane(Z, ORIGIN), False),
-        ("ambiguous", Plane(Z, ORIGIN), Plane(Z, ORIGIN), False),
-        ("no_fit", Plane(Z, ORIGIN), Plane(Z, ORIGIN), False),
-        ("error", None, Plane(Z, ORIGIN), False),
-        ("no_fit", Plane(Z, ORIGIN), None, True),
-        ("ambiguous", Plane(Z, ORIGIN), None, False),
-        ("fitted", Plane(Z, ORIGIN), None, False),
-        ("crash", None, None, False),
+        ("fitted", Plane(X, ORIGIN), "plane", True),
+        ("fitted", Sphere(ORIGIN, 1.0), "plane", False),
+        ("ambiguous", Plane(Z, ORIGIN), "plane", False),
+        ("no_fit", Plane(Z, ORIGIN), "plane", False),
+        ("error", None, "plane", False),
+        ("no_fit", Plane(Z, ORIGIN), "foreign", True),
+        ("ambiguous", Plane(Z, ORIGIN), "foreign", False),
+        ("fitted", Plane(Z, ORIGIN), "foreign", False),
+        ("crash", None, "foreign", False),
+        ("ambiguous", Plane(Z, ORIGIN), "ambiguous", True),
+        ("fitted", Plane(Z, ORIGIN), "ambiguous", False),
+        ("no_fit", None, "ambiguous", False),
     ],
 )
-def test_what_is_right(status, found, truth, right):
-    assert is_right(status, found, truth) is right
+def test_what_is_right(status, found, kind, right):
+    assert is_right(status, found, kind) is right

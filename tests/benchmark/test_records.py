@@ -1,5 +1,6 @@
 """Raw records: what they hold, and that nothing is lost or doubled when a run is cut off."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,28 @@ def test_what_a_record_holds():
     assert made.errors["position"] == pytest.approx(2.0)
     assert made.errors["surface"] == pytest.approx(2.0 / made.extent)
     assert made.errors["l2"] == pytest.approx(0.0)
+
+
+def test_a_reference_is_fitted_where_answers_are_held_against_it():
+    """The four points on the surface, at heights +-1, are a saddle: least squares finds the truth."""
+    outcome = Outcome("fitted", parameters(Plane([0, 0, 1], [0, 0, 1])))
+    noisy = replace(CASE, noise=2.0)
+    made = Scored("outliers", 1, noisy).record("primfit", outcome, {})
+    extent = np.sqrt(16 + 9 + 4)
+    assert made.reference_errors["surface"] == pytest.approx(0.0, abs=1e-12)
+    assert made.reference_errors["expected"] == pytest.approx(2.0 * np.sqrt(3 / 4) / extent)
+    assert made.errors["surface"] == pytest.approx(1.0 / extent)
+    for set_, case in (("arcs", noisy), ("outliers", CASE), ("outliers", replace(noisy, noise=0.0))):
+        assert Scored(set_, 1, case).record("primfit", outcome, {}).reference_errors == {}
+
+
+def test_records_of_older_versions_are_read(tmp_path):
+    file = RecordsFile(tmp_path)
+    file.append(record())
+    values = json.loads(file.path.read_text())
+    del values["reference_errors"]
+    file.path.write_text(json.dumps(values) + "\n")
+    assert list(file.read()) == [record()]
 
 
 def test_far_coordinates_cost_no_digits():

@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 
-from benchmark.scores import ANSWERS, confusion, is_close, is_exact, macro, rates, share, spread
+from benchmark.scores import (
+    ANSWERS,
+    confusion,
+    is_close,
+    is_exact,
+    macro,
+    over_least_squares,
+    rates,
+    share,
+    spread,
+    standard_errors,
+)
 from fitting.primitives import KINDS
 from tests.benchmark.made import record
 
@@ -57,7 +68,8 @@ def test_close_is_right_and_near():
     assert not is_close(record("plane", "plane", surface=0.011))
     assert not is_close(record("plane", "sphere", surface=0.0))
     assert not is_close(record("plane", "plane", errors={"surface": None}))
-    assert is_close(record("foreign", "no_fit"))
+    assert is_close(record("foreign", "no_fit")) and not is_close(record("foreign", "plane"))
+    assert is_close(record("ambiguous", "ambiguous", surface=0.5))
     assert is_exact(record("plane", "plane", surface=1e-9))
     assert not is_exact(record("plane", "plane", surface=1.1e-9))
     assert not is_exact(record("plane", "sphere", surface=0.0))
@@ -69,3 +81,26 @@ def test_errors_of_wrong_answers_are_infinite():
     assert record("plane", "plane", surface=0.5).error("surface") == 0.5
     assert record("plane", "sphere", surface=0.5).error("surface") == np.inf
     assert record("plane", "plane").error("l2") == np.inf
+
+
+def test_errors_over_those_of_least_squares_by_hand():
+    """Answers are off by 3 and 4, references by 1 and 2; what is wrong or has none does not count."""
+    records = [
+        record("plane", "plane", surface=0.3, reference_errors={"surface": 0.1, "expected": 0.1}),
+        record("plane", "plane", surface=0.004, reference_errors={"surface": 0.002, "expected": 0.001}),
+        record("plane", "sphere", surface=9.0, reference_errors={"surface": 0.1, "expected": 0.1}),
+        record("plane", "plane", surface=9.0),
+        record("plane", "plane", surface=9.0, reference_errors={"surface": None, "expected": 0.1}),
+    ]
+    ratio, clouds = over_least_squares(records)
+    assert ratio == pytest.approx(np.sqrt((9 + 16) / (1 + 4))) and clouds == 2
+    ratio, clouds = over_least_squares(records[2:])
+    assert np.isnan(ratio) and clouds == 0
+
+
+def test_standard_errors_by_hand():
+    """Mean 2, deviation 2, four values: a standard error of 1."""
+    assert standard_errors([2 - np.sqrt(3), 2 + np.sqrt(3), 2 - np.sqrt(3), 2 + np.sqrt(3)]) == pytest.approx(
+        2.0
+    )
+    assert np.isnan(standard_errors([0.0, 0.0]))
