@@ -124,7 +124,7 @@ def check_against_oracle(kind: str, seed: int, count: int) -> None:
     rounding = 4.0 * float(np.spacing(np.abs(made.points).max())) / size / weakest
     reach = float(np.linalg.norm(found[oracles.ANCHOR[kind]].astype(np.float64)))  # far apexes, large spheres
     assert angle <= RELATIVE + rounding, made.about
-    assert length <= RELATIVE * max(1.0, reach) + rounding, made.about
+    assert length <= (RELATIVE + rounding) * max(1.0, reach), made.about
     if rounding < RELATIVE:
         assert angle <= ANGLE and length * size <= LENGTH, made.about
 
