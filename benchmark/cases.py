@@ -420,7 +420,7 @@ CASE_SETS: dict[str, CaseSet] = {
             "What cannot be told, and what can",
             "Pairs of surfaces of different kinds that hardly differ where the cloud is: 30 to 60 points on "
             "one of the two, with independent normal noise along the normal. *Indistinguishable*: with so "
-            "much noise (0.5 to 2 % of the extent) that the truth gains only 0.1 in log-likelihood on the "
+            "much noise (1 to 2 % of the extent) that the truth gains only 0.1 in log-likelihood on the "
             "other surface, on the average; whoever knew the noise and both surfaces would be right on 59 %. "
             "Yet what parts them matters: the other surface has a radius of 10 to 20 extents, a half-angle "
             "of 0.5 to 1.2 degrees, R of 8 to 20 r or of r / 50 to r / 6, or it curves along the strip "

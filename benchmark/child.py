@@ -28,6 +28,14 @@ from synthetic import BenchmarkRecipe, cloud
 ROOT = Path(__file__).parent.parent
 MEMORY_SHARE = 0.75
 """Of the machine's memory, that a method may take before it gets a `MemoryError`."""
+SOURCES = (
+    ("fitting", "**/*.py"),
+    ("fitting", "*.pyx"),
+    ("fitting", "*.h"),
+    ("models", "*.py"),
+    ("models/weights", "*.npz"),
+)
+"""Folders and files that primfit's answers depend on."""
 WARM_UP_SEED = 0
 NOTE = 300
 """Characters that are kept of an error."""
@@ -128,7 +136,7 @@ def versions(method: Method) -> dict[str, str]:
     module = METHODS[method.name].partition(":")[0].replace(".", "/")
     files = [ROOT / f"{module}.py"]
     if method.package == "primfit":
-        for folder, pattern in (("fitting", "**/*.py"), ("models", "*.py"), ("models/weights", "*.npz")):
+        for folder, pattern in SOURCES:
             files += sorted((ROOT / folder).glob(pattern))
     digest = hashlib.sha256()
     for path in files:

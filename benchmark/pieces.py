@@ -29,7 +29,7 @@ finds it in one cloud of fourteen. At 500 it is 32 of them, and what nests the o
 to a sixteenth of its value.
 """
 PAIR_POINTS = Range(30.0, 60.0)
-PAIR_NOISE = Range(0.005, 0.02)
+PAIR_NOISE = Range(0.01, 0.02)
 """Of indistinguishable pairs, in extents; pieces that would need more or less are drawn again."""
 
 Layout = tuple[Primitive, Array, Primitive]

@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmark import child as child_process
 from benchmark import runner
 from benchmark.cases import Case
+from benchmark.methods.primfit import Primfit
 from benchmark.records import RecordsFile
 from benchmark.runner import Child, MethodError, Work, begin, introduce, run
 from fitting.primitives import Plane, Sphere
@@ -128,3 +130,16 @@ def test_every_library_is_kept_on_one_thread(child, monkeypatch):
 
 class _Dead:
     pid = 0
+
+
+@pytest.mark.parametrize("name", ["fitting/judge.py", "fitting/_descent.pyx", "fitting/_surfaces.h"])
+def test_versions_tell_one_state_of_the_code_from_another(name, tmp_path, monkeypatch):
+    monkeypatch.setattr(child_process, "ROOT", tmp_path)
+    files = [tmp_path / "benchmark/methods/primfit.py", tmp_path / name]
+    for file in files:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("one")
+    before = child_process.versions(Primfit())
+    assert before == child_process.versions(Primfit())
+    files[1].write_text("other")
+    assert before["source"] != child_process.versions(Primfit())["source"]
