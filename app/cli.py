@@ -37,10 +37,22 @@ Classifier = Annotated[
     Literal["network", "knn", "none"] | None,
     typer.Option(help="Who ranks the kinds; with 'none' all are tried.", show_default="network"),
 ]
+CriterionName = Literal[
+    "robust",
+    "least_squares",
+    "huber",
+    "tukey",
+    "minimum_zone",
+    "minimum_circumscribed",
+    "maximum_inscribed",
+]
 Criterion = Annotated[
-    Literal["robust", "least_squares"] | None,
+    CriterionName | None,
     typer.Option(
-        help="'robust' rejects outliers; 'least_squares' counts every point alike.", show_default="robust"
+        help="What the parameters minimise: 'robust' rejects outliers, 'least_squares' counts every point "
+        "alike; the others are M-estimators, the minimum zone, and spheres or cylinders with all points "
+        "inside or outside.",
+        show_default="robust",
     ),
 ]
 MaxError = Annotated[
@@ -258,7 +270,7 @@ def _installed(command: str) -> Callable[..., Any]:
 def _options(
     kind: list[Kind] | None,
     classifier: str | None,
-    criterion: Literal["robust", "least_squares"] | None,
+    criterion: CriterionName | None,
     max_error: float | None,
     seed: int | None,
     constraint: list[str] | None,

@@ -41,7 +41,8 @@ def fit(
     points : (N, 3), any unit of length
     kinds : kinds that may be answered; None allows all
     classifier : who ranks the kinds: `network`, `knn`, or `none` to try all of them and select
-    criterion : `robust`, or `least_squares` over all points alike
+    criterion : what the parameters minimise: `robust`, `least_squares`, `huber`, `tukey`, `minimum_zone`,
+        `minimum_circumscribed` or `maximum_inscribed`; see `Config`
     max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share of
         the bounding-box diagonal; None derives the threshold from the cloud's own noise
     seed : of every random choice; the same seed gives the same answer

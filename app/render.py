@@ -77,7 +77,7 @@ def _constraints(effects: Mapping[str, str]) -> Table:
     return grid
 
 
-_LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95 %", "p95"), ("max", "max"))
+_LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95 %", "p95"), ("max", "max"), ("zone", "zone"))
 
 
 def _attempts(attempts: list[Mapping[str, Any]]) -> Table:

@@ -11,7 +11,18 @@ from typing_extensions import TypeAliasType
 
 KindName = TypeAliasType("KindName", Literal["plane", "sphere", "cylinder", "cone", "torus"])
 ClassifierName = TypeAliasType("ClassifierName", Literal["network", "knn", "none"])
-CriterionName = TypeAliasType("CriterionName", Literal["robust", "least_squares"])
+CriterionName = TypeAliasType(
+    "CriterionName",
+    Literal[
+        "robust",
+        "least_squares",
+        "huber",
+        "tukey",
+        "minimum_zone",
+        "minimum_circumscribed",
+        "maximum_inscribed",
+    ],
+)
 
 Vector = Annotated[
     list[float], Field(min_length=3, max_length=3, description="[x, y, z]", examples=[[0.0, 0.0, 1.0]])
@@ -133,7 +144,10 @@ class FitOptions(BaseModel):
     )
     criterion: CriterionName = Field(
         "robust",
-        description="`robust` (the default) rejects outliers, `least_squares` counts every point alike",
+        description="what the parameters minimise: `robust` (the default) rejects outliers; `least_squares` "
+        "counts every point alike; `huber` and `tukey` are M-estimators; `minimum_zone` makes the largest "
+        "distance small; `minimum_circumscribed` and `maximum_inscribed`, of spheres and cylinders only, "
+        "have all points inside or outside. The kind is judged by its robust fit",
     )
     max_error: float | None = Field(
         None,
@@ -180,6 +194,7 @@ class ErrorSummary(BaseModel):
     mean: float
     p95: float
     max: float
+    zone: float = Field(description="largest less smallest signed distance: the form error")
     relative_mean: float = Field(description="mean over the diagonal of the bounding box")
     inlier_share: float = Field(description="share of the points not rejected as outliers")
     exact_share: float = Field(description="share of the points that lie on the surface to the last digits")

@@ -24,7 +24,7 @@
 #define CUTOFF 6.0
 
 enum { PLANE, SPHERE, CYLINDER, CONE, TORUS };
-enum { LEAST_SQUARES, GEMAN_MCCLURE, TUKEY };
+enum { LEAST_SQUARES, GEMAN_MCCLURE, TUKEY, HUBER };
 
 /* The row of a surface; the table in fitting/_descent.pyx says what it holds. */
 typedef struct {
@@ -177,6 +177,8 @@ EVERYWHERE double rho_of(int kernel, double squared)
         return 0.5 * squared / (1.0 + squared);
     if (kernel == TUKEY)
         return CUTOFF * CUTOFF / 6.0 * (1.0 - positive * positive * positive);
+    if (kernel == HUBER)
+        return squared <= 1.0 ? 0.5 * squared : sqrt(squared) - 0.5;
     return 0.5 * squared;
 }
 
@@ -187,6 +189,8 @@ EVERYWHERE double weight_of(int kernel, double squared)
         return 1.0 / ((1.0 + squared) * (1.0 + squared));
     if (kernel == TUKEY)
         return positive * positive;
+    if (kernel == HUBER)
+        return squared <= 1.0 ? 1.0 : 1.0 / sqrt(squared);
     return 1.0;
 }
 
@@ -221,6 +225,8 @@ VECTOR_UNITS static double cost_of(int kernel, double scale, const double *d, pt
         return sum_of_costs(GEMAN_MCCLURE, 1.0 / scale, d, n);
     if (kernel == TUKEY)
         return sum_of_costs(TUKEY, 1.0 / scale, d, n);
+    if (kernel == HUBER)
+        return sum_of_costs(HUBER, 1.0 / scale, d, n);
     return sum_of_costs(LEAST_SQUARES, 1.0 / scale, d, n);
 }
 
@@ -230,6 +236,8 @@ VECTOR_UNITS static void weigh(int kernel, double scale, const double *d, ptrdif
         weights_of(GEMAN_MCCLURE, 1.0 / scale, d, n, weight);
     else if (kernel == TUKEY)
         weights_of(TUKEY, 1.0 / scale, d, n, weight);
+    else if (kernel == HUBER)
+        weights_of(HUBER, 1.0 / scale, d, n, weight);
     else
         weights_of(LEAST_SQUARES, 1.0 / scale, d, n, weight);
 }

@@ -8,8 +8,26 @@ from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.errors import InvalidOptionError
 from fitting.primitives import KINDS, PRIMITIVES, Primitive
 
-Criterion = Literal["robust", "least_squares"]
+Criterion = Literal[
+    "robust",
+    "least_squares",
+    "huber",
+    "tukey",
+    "minimum_zone",
+    "minimum_circumscribed",
+    "maximum_inscribed",
+]
 CRITERIA: tuple[str, ...] = get_args(Criterion)
+
+EXTREME = ("minimum_zone", "minimum_circumscribed", "maximum_inscribed")
+"""Criteria of a few extreme points, which take neither constraints nor weights."""
+
+COUNTING_ALL = ("least_squares", *EXTREME)
+"""Criteria by which every point counts, whatever its distance."""
+
+WITH_A_RADIUS = ("sphere", "cylinder")
+FITTING_KINDS = {"minimum_circumscribed": WITH_A_RADIUS, "maximum_inscribed": WITH_A_RADIUS}
+"""Kinds that a criterion is defined for, where that is not all of them."""
 
 
 @dataclass(frozen=True)
@@ -19,8 +37,12 @@ class Config:
     Attributes
     ----------
     kinds : kinds that may be answered, without repetition
-    criterion : `robust` (outliers rejected, exact where the data is exact) or `least_squares` (every
-        point counts alike)
+    criterion : what the parameters minimise.
+        `robust`: outliers rejected, exact where the data is exact. `least_squares`: the squares of all
+        distances. `huber`, `tukey`: M-estimators with 95 % of its efficiency under normal noise; outliers
+        pull by a bounded amount, or not at all. `minimum_zone`: the largest distance.
+        `minimum_circumscribed`, `maximum_inscribed`: the radius of a sphere or cylinder with all points
+        inside, or its negative with all points outside
     max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share
         of the bounding-box diagonal, in (0, 1]; None derives the limit from the noise of the cloud
     seed : seed of every random choice, from 0 to 2^63 - 1
@@ -50,6 +72,12 @@ class Config:
             raise InvalidOptionError(
                 f"criterion is {self.criterion!r:.40}; allowed are {', '.join(CRITERIA)}", "criterion"
             )
+        if not set(self.kinds) & set(FITTING_KINDS.get(self.criterion, KINDS)):
+            raise InvalidOptionError(
+                f"criterion {self.criterion} is for {' or '.join(FITTING_KINDS[self.criterion])}; "
+                f"kinds allows only {', '.join(self.kinds)}",
+                "kinds",
+            )
         if self.max_error is not None and not isinstance(self.max_error, int | float):
             raise InvalidOptionError(f"max_error is {self.max_error!r:.40}, not a number", "max_error")
         if self.max_error is not None and not (math.isfinite(self.max_error) and 0.0 < self.max_error <= 1.0):
@@ -67,6 +95,8 @@ class Config:
                 "constraints",
             )
         self.constraints.check_kinds(self.kinds)
+        if self.constraints.given and self.criterion in EXTREME:
+            raise InvalidOptionError(f"criterion {self.criterion} takes no constraints", "constraints")
         if self.initial_guess is None:
             return
         if type(self.initial_guess) not in PRIMITIVES.values():

@@ -258,6 +258,22 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, only: bool)
     return _by_noise(evidence, cloud)
 
 
+def judge_all(
+    evidence: Evidence, cloud: Cloud, mean_error: float, max_error: float | None, only: bool
+) -> Verdict:
+    """As `judge`, under a criterion that counts every point.
+
+    The threshold is held against `mean_error`, that of all points from the answer, in diagonals. Without one
+    a kind that is the only one allowed is not refused: the caller knows what it is.
+    """
+    if max_error is not None:
+        return _by_threshold(mean_error, max_error)
+    verdict = judge(evidence, cloud, None, only)
+    if only and verdict.standing == Standing.REFUSED:
+        return Verdict(Standing.DOUBTFUL, f"the only kind allowed, though {verdict.reason}")
+    return verdict
+
+
 def _by_threshold(mean: float, max_error: float) -> Verdict:
     standing, relation = (
         (Standing.CERTAIN, "is within") if mean <= max_error else (Standing.REFUSED, "exceeds")
@@ -354,13 +370,15 @@ def summarize(
     primitive: Primitive, evidence: Evidence, points: Array, diagonal: float, scale: float
 ) -> ErrorSummary:
     """The distances of all points (N, 3), restored to input units by `scale`."""
-    distance = np.abs(primitive.signed_distance(points))
+    signed = primitive.signed_distance(points)
+    distance = np.abs(signed)
     mean = float(distance.mean())
     return ErrorSummary(
         rms=scale * float(np.sqrt(np.mean(distance**2))),
         mean=scale * mean,
         p95=scale * float(np.percentile(distance, 95.0)),
         max=scale * float(distance.max()),
+        zone=scale * float(np.ptp(signed)),
         relative_mean=mean / diagonal,
         inlier_share=evidence.inlier_share,
         exact_share=evidence.exact_share,

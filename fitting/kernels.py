@@ -5,12 +5,20 @@ from enum import IntEnum
 from fitting import _descent
 from fitting.geometry import Array
 
+CUTOFF = 6.0
+"""Scales beyond which `TUKEY` is constant."""
+
+HUBER_95, TUKEY_95 = 1.345, 4.685
+"""Corner of Huber's kernel and cut-off of Tukey's, in standard deviations, that leave them 95 % of the
+efficiency of least squares under normal noise. Source: Holland and Welsch, Comm. Statist. A6, 1977."""
+
 
 class Kernel(IntEnum):
     """What refinement minimises is  sum rho(d / scale);  the numbers are those of `fitting._descent`.
 
     `LEAST_SQUARES`: rho = x^2 / 2. `GEMAN_MCCLURE`: x^2 / 2 / (1 + x^2), redescending and never quite zero,
-    the kernel of the annealed search. `TUKEY`: the biweight, zero beyond 6 scales.
+    the kernel of the annealed search. `TUKEY`: the biweight, rho = 6 (1 - (1 - x^2 / 36)^3), constant beyond
+    6 scales. `HUBER`: x^2 / 2, |x| - 1 / 2 beyond one scale.
     Source of the forms: Zhang, "Parameter estimation techniques", Image and Vision Computing 15, 1997,
     table 1.
     """
@@ -18,6 +26,7 @@ class Kernel(IntEnum):
     LEAST_SQUARES = 0
     GEMAN_MCCLURE = 1
     TUKEY = 2
+    HUBER = 3
 
     def rho(self, squared: Array) -> Array:
         """Cost (N,) of squared residuals in units of the scale; near 0 it is half of them."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.classifier import Classifier
 from fitting.cloud import Cloud
-from fitting.config import Config
+from fitting.config import COUNTING_ALL, Config
 from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array
 from fitting.judge import (
@@ -17,6 +17,7 @@ from fitting.judge import (
     Standing,
     better,
     judge,
+    judge_all,
     points_alike,
     summarize,
 )
@@ -147,18 +148,22 @@ def _rank(cloud: Cloud, classifier: Classifier) -> Mapping[str, float]:
 def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str, float] | None) -> _Try:
     probability = probabilities[kind] if probabilities else None
     rng = np.random.default_rng([config.seed, 1, KINDS.index(kind)])
-    primitive = fit_kind(kind, cloud, config.criterion, rng, config.constraints, config.initial_guess)
-    if isinstance(primitive, FailedFit):
-        return _Try(Attempt(kind, probability, "failed", primitive.reason, None, None))
-    evidence = Evidence.weigh(primitive, cloud)
-    verdict = judge(evidence, cloud, config.max_error, only=len(config.kinds) == 1)
+    fit = fit_kind(kind, cloud, config.criterion, rng, config.constraints, config.initial_guess)
+    if isinstance(fit, FailedFit):
+        return _Try(Attempt(kind, probability, "failed", fit.reason, None, None))
+    evidence, only = Evidence.weigh(fit.robust, cloud), len(config.kinds) == 1
+    error = summarize(fit.primitive, evidence, cloud.points, cloud.diagonal, cloud.frame.scale)
+    if config.criterion in COUNTING_ALL:
+        verdict = judge_all(evidence, cloud, error.relative_mean, config.max_error, only)
+    else:
+        verdict = judge(evidence, cloud, config.max_error, only)
     attempt = Attempt(
         kind=kind,
         probability=probability,
         outcome="accepted" if verdict.standing > Standing.SUSPECT else "refused",
         reason=verdict.reason,
-        primitive=config.constraints.written_into(cloud.frame.restore(primitive.canonical(np.zeros(3)))),
-        error=summarize(primitive, evidence, cloud.points, cloud.diagonal, cloud.frame.scale),
+        primitive=config.constraints.written_into(cloud.frame.restore(fit.primitive.canonical(np.zeros(3)))),
+        error=error,
     )
     return _Try(attempt, evidence, verdict.standing)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fitting import _descent
-from fitting.geometry import Array
+from fitting.geometry import Array, basis
 from fitting.kernels import Kernel
 from fitting.limits import Limits
 from fitting.primitives import KINDS, PRIMITIVES, Primitive
@@ -76,6 +76,21 @@ def linearize(primitive: Primitive, points: Array) -> tuple[Array, Array]:
     and has the formulas.
     """
     return _descent.derivatives(CODES[primitive.kind], primitive.row(), np.ascontiguousarray(points))
+
+
+def linearize_along(reference: Primitive, primitive: Primitive, points: Array) -> tuple[Array, Array]:
+    """`linearize` with tilts and shifts along the basis of a nearby reference of the same kind.
+
+    The basis of an axis jumps where the axis crosses the plane z = 0; this one does not.
+    """
+    distance, jacobian = linearize(primitive, points)
+    if primitive.kind != "sphere":
+        theirs, ours = (np.array(basis(surface.row()[:3])) for surface in (reference, primitive))
+        turn = ours @ theirs.T
+        jacobian[:, :2] = jacobian[:, :2] @ turn
+        if primitive.kind != "plane":
+            jacobian[:, 2:4] = jacobian[:, 2:4] @ turn
+    return distance, jacobian
 
 
 def stepped(primitive: Primitive, step: Array) -> Primitive:

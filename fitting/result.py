@@ -18,6 +18,8 @@ class ErrorSummary:
     Attributes
     ----------
     rms, mean, p95, max : of the absolute distances
+    zone : largest less smallest signed distance: the width of the zone between two offsets of the surface
+        that holds all points. Flatness, sphericity, cylindricity under the criterion that was asked for
     relative_mean : mean over the bounding-box diagonal (the SHREC 2022 track's mean fitting error)
     inlier_share : share of the points not rejected as outliers
     exact_share : share of the points that lie on the surface within the resolution of the input; 0 where
@@ -29,6 +31,7 @@ class ErrorSummary:
     mean: float
     p95: float
     max: float
+    zone: float
     relative_mean: float
     inlier_share: float
     exact_share: float

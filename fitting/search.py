@@ -8,12 +8,14 @@ import numpy as np
 
 from fitting import _descent
 from fitting.cloud import Cloud
+from fitting.config import FITTING_KINDS
 from fitting.constraints import UNCONSTRAINED, Constraints
+from fitting.criteria import FINISHERS, cheapest_minimum
 from fitting.geometry import TINY, Array
 from fitting.kernels import Kernel
 from fitting.limits import Limits, moved
 from fitting.noise import TRIM, TRIMMED_DEVIATION, NoiseModel, exact_points, is_peaked, trimmed_scale
-from fitting.primitives import PRIMITIVES, Primitive
+from fitting.primitives import KINDS, PRIMITIVES, Primitive
 from fitting.refine import CODES, refine, settle
 from fitting.result import FailedFit
 
@@ -47,9 +49,6 @@ ENOUGH_EXACT = 0.3
 
 UNEXPLAINED = 2.0
 """The flattest part of the cloud is searched, too, where what is left over is this many times its noise."""
-
-LEAST_SQUARES_STEPS = 500
-"""Steps after which plain least squares is given up."""
 
 MOST_ROUNDS = 5
 """Rounds of choosing points or a scale and refining on them."""
@@ -95,6 +94,14 @@ class View:
         return cls(points, cloud.normals[cloud.flattest], cloud.tolerance, limits)
 
 
+@dataclass(frozen=True)
+class Fit:
+    """A primitive as the criterion has it, and the robust fit of its kind, which is what is judged."""
+
+    primitive: Primitive
+    robust: Primitive
+
+
 def fit_kind(
     kind: str,
     cloud: Cloud,
@@ -102,11 +109,13 @@ def fit_kind(
     rng: np.random.Generator,
     constraints: Constraints = UNCONSTRAINED,
     guess: Primitive | None = None,
-) -> Primitive | FailedFit:
+) -> Fit | FailedFit:
     """The best primitive of one kind in the normalised frame of the cloud.
 
     Constraints and a guess, which joins the starts of its kind, are in input units.
     """
+    if kind not in (allowed := FITTING_KINDS.get(criterion, KINDS)):
+        return FailedFit(f"{criterion} is defined for a {' or a '.join(allowed)}, not for a {kind}")
     dof = PRIMITIVES[kind].dof
     if len(cloud.working) < dof:
         return FailedFit(f"{len(cloud.working)} distinct points do not determine a {kind}, which takes {dof}")
@@ -120,7 +129,9 @@ def fit_kind(
     if len(starts):
         extra.append(_likeliest(kind, starts, View.of(cloud), cloud, rng).primitive.row())
     found = _fit(kind, cloud.about(limits.pivot), criterion, rng, extra, limits)
-    return found if isinstance(found, FailedFit) else moved(found, limits.pivot)
+    if isinstance(found, FailedFit):
+        return found
+    return Fit(moved(found.primitive, limits.pivot), moved(found.robust, limits.pivot))
 
 
 def _fit(
@@ -130,22 +141,26 @@ def _fit(
     rng: np.random.Generator,
     extra: Sequence[Array],
     limits: Limits | None = None,
-) -> Primitive | FailedFit:
+) -> Fit | FailedFit:
     """The best primitive within the limits, to the pivot of which the cloud is relative."""
     view = View.of(cloud, limits)
     starts = ranked_starts(kind, view, rng, extra)
     if not len(starts):
         return FailedFit(f"no {kind} could be started from these points")
+    robust = _fit_robustly(kind, starts, view, cloud, rng)
+    if isinstance(robust, FailedFit):
+        return robust
+    primitive = FINISHERS[criterion](robust, starts, cloud, limits)
+    return primitive if isinstance(primitive, FailedFit) else Fit(primitive, robust)
+
+
+def _fit_robustly(
+    kind: str, starts: Array, view: View, cloud: Cloud, rng: np.random.Generator
+) -> Primitive | FailedFit:
+    """The best of what the starts are annealed to, polished; in a small cloud plain least squares."""
     if cloud.is_small(PRIMITIVES[kind].dof):
-        surfaces = (PRIMITIVES[kind].from_row(row) for row in starts)
-        return min(
-            (refine(each, cloud.points, factors=cloud.factors, limits=limits) for each in surfaces),
-            key=lambda refined: refined.cost,
-        ).primitive
-    best = _likeliest(kind, starts, view, cloud, rng)
-    if criterion == "least_squares":
-        return least_squares(best.primitive, cloud, limits)
-    return polish(best.primitive, cloud, limits)
+        return cheapest_minimum(PRIMITIVES[kind].from_row(starts[0]), starts, cloud, view.limits)
+    return polish(_likeliest(kind, starts, view, cloud, rng).primitive, cloud, view.limits)
 
 
 def _likeliest(kind: str, starts: Array, view: View, cloud: Cloud, rng: np.random.Generator) -> Annealed:
@@ -257,23 +272,6 @@ def best_of(ends: list[Annealed], points: Array) -> Annealed:
     squared = [end.primitive.signed_distance(points) ** 2 for end in ends]
     scale2 = max(min(float(np.median(each)) for each in squared), TINY)
     return ends[int(np.argmin([Kernel.TUKEY.rho(each / scale2).sum() for each in squared]))]
-
-
-def least_squares(start: Primitive, cloud: Cloud, limits: Limits | None = None) -> Primitive | FailedFit:
-    """Plain least squares over all points, or a failure where it does not come to rest."""
-    refined = refine(
-        start,
-        cloud.points,
-        Kernel.LEAST_SQUARES,
-        max_iterations=LEAST_SQUARES_STEPS,
-        factors=cloud.factors,
-        limits=limits,
-    )
-    if not refined.converged:
-        return FailedFit(
-            f"least squares on a {start.kind} did not come to rest in {LEAST_SQUARES_STEPS} steps"
-        )
-    return refined.primitive
 
 
 def polish(primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> Primitive:

@@ -103,6 +103,7 @@ BAD_OPTIONS: dict[str, tuple[dict[str, Any], str]] = {
     "unknown classifier": ({"classifier": "oracle"}, "options.classifier"),
     "classifier as null": ({"classifier": None}, "options.classifier"),
     "unknown criterion": ({"criterion": "l1"}, "options.criterion"),
+    "no kind of the criterion": ({"kinds": ["cone"], "criterion": "maximum_inscribed"}, "options.kinds"),
     "max_error zero": ({"max_error": 0}, "options.max_error"),
     "max_error above one": ({"max_error": 1.5}, "options.max_error"),
     "max_error as string": ({"max_error": "0.1"}, "options.max_error"),

@@ -5,14 +5,18 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 from rich.console import Console
 from typer.testing import CliRunner, Result
 
+from app import cli, schemas
 from app.cli import BADNESS, EXIT, Kind, app
 from app.render import render
+from fitting.config import CRITERIA
+from fitting.criteria import FINISHERS
 from fitting.primitives import KINDS, Cylinder
 
 AXIS = np.array([0.0, 0.6, 0.8])
@@ -71,6 +75,12 @@ def test_options_arrive(clouds: Path) -> None:
     }
     assert body["status"] == "no_fit"
     assert result.exit_code == 4
+
+
+def test_criteria_have_one_set_of_names() -> None:
+    names = set(CRITERIA)
+    assert set(FINISHERS) == set(get_args(cli.CriterionName)) == names
+    assert set(get_args(schemas.CriterionName.__value__)) == names
 
 
 def test_a_request_in_json_is_answered_as_the_service_would(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from fitting.normalize import Frame
 from fitting.normals import estimate_normals
 from fitting.primitives import Cylinder, Primitive
 from fitting.refine import refine, stepped
-from fitting.search import anneal, fit_kind
+from fitting.search import Fit, anneal, fit_kind
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 
 examples = pytest.mark.parametrize("primitive", EXAMPLES.values(), ids=EXAMPLES.keys())
@@ -159,8 +159,8 @@ def test_each_kind_is_fitted_to_its_own_exact_cloud(primitive: Primitive) -> Non
     points = sample(primitive, 700)
     cloud = Cloud.prepare(points, None, rng)
     found = fit_kind(primitive.kind, cloud, "robust", rng)
-    assert found
-    assert np.abs(cloud.frame.restore(found).signed_distance(points)).max() < 1e-13
+    assert isinstance(found, Fit)
+    assert np.abs(cloud.frame.restore(found.primitive).signed_distance(points)).max() < 1e-13
 
 
 @examples
@@ -169,11 +169,11 @@ def test_noise_costs_no_more_than_least_squares_on_the_truth(primitive: Primitiv
     rng = np.random.default_rng(0)
     points = noisy(primitive, 800, 0.01)
     cloud = Cloud.prepare(points, None, rng)
-    robust, plain = (
-        fit_kind(primitive.kind, cloud, criterion, rng) for criterion in ("robust", "least_squares")
+    fit = fit_kind(primitive.kind, cloud, "least_squares", rng)
+    assert isinstance(fit, Fit)
+    cost_robust, cost_plain = (
+        np.sum(each.signed_distance(cloud.points) ** 2) for each in (fit.robust, fit.primitive)
     )
-    assert robust and plain
-    cost_robust, cost_plain = (np.sum(p.signed_distance(cloud.points) ** 2) for p in (robust, plain))
     assert cost_plain <= cost_robust <= 1.01 * cost_plain
 
 
@@ -184,7 +184,7 @@ def test_a_third_of_gross_outliers_moves_a_cylinder_little() -> None:
     points[:300] = rng.uniform(points.min(axis=0) - 1.0, points.max(axis=0) + 1.0, (300, 3))
     cloud = Cloud.prepare(points, None, rng)
     found = fit_kind("cylinder", cloud, "robust", rng)
-    assert isinstance(found, Cylinder)
-    restored = cloud.frame.restore(found)
+    assert isinstance(found, Fit) and isinstance(found.primitive, Cylinder)
+    restored = cloud.frame.restore(found.primitive)
     assert restored.radius == pytest.approx(0.8, abs=0.005)
     assert abs(restored.axis @ cylinder.axis) > 0.9999  # type: ignore[attr-defined]

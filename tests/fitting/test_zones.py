@@ -1,0 +1,273 @@
+"""Minimum zone, minimum circumscribed and maximum inscribed surfaces, against other optimisers."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from fitting.config import Config
+from fitting.errors import InvalidOptionError
+from fitting.primitives import Cylinder, Primitive, Sphere, parameters
+from fitting.recognize import recognize
+from tests.fitting import oracles
+from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
+
+Array = np.ndarray
+
+examples = pytest.mark.parametrize("primitive", EXAMPLES.values(), ids=EXAMPLES.keys())
+round_kinds = pytest.mark.parametrize("kind", ["sphere", "cylinder"])
+
+
+def answer(points: Array, kind: str, criterion: str) -> Primitive:
+    found = recognize(points, Config(kinds=(kind,), criterion=criterion))  # type: ignore[arg-type]
+    assert found.status == "fitted" and found.primitive is not None, found.message
+    return found.primitive
+
+
+def largest(primitive: Primitive, points: Array) -> float:
+    return float(np.abs(primitive.signed_distance(points)).max())
+
+
+def all_around(kind: str, n: int, sigma: float, seed: int) -> Array:
+    """Noisy points all around a sphere, or a cylinder as long as wide, in general position."""
+    rng = np.random.default_rng(seed)
+    if kind == "sphere":
+        points = rng.normal(size=(n, 3))
+        points /= np.linalg.norm(points, axis=1)[:, None]
+    else:
+        angle = rng.uniform(0.0, 2.0 * np.pi, n)
+        points = np.stack([np.cos(angle), np.sin(angle), rng.uniform(-1.0, 1.0, n)], axis=1)
+    points += rng.normal(0.0, sigma, (n, 3))
+    return points @ rotation(seed).T + rng.normal(size=3)
+
+
+def polished(kind: str, start: Primitive, points: Array, task: str) -> float:
+    """The extreme value that SLSQP reaches on the problem with one more variable and all constraints."""
+    surface, far = oracles.long(parameters(start)), points.astype(np.longdouble)
+    free = oracles.DOF[kind] - (task != "zone")
+
+    def values(step: Array) -> Array:
+        moved = oracles.moved(kind, surface, np.append(step, np.zeros(oracles.DOF[kind] - free)))
+        d = oracles.distances(kind, moved, far).astype(np.float64)
+        if task == "zone":
+            return np.concatenate([d, -d])
+        rho = d + float(surface["radius"])
+        return rho if task == "circumscribed" else -rho
+
+    def slopes(step: Array) -> Array:
+        units = 1e-6 * np.eye(free)
+        return np.stack([(values(step + unit) - values(step - unit)) / 2e-6 for unit in units], axis=1)
+
+    best = np.inf
+    for seed in range(2):
+        step = np.random.default_rng(seed).normal(0.0, 0.01 * seed, free)
+        for _ in range(3):
+            found = minimize(
+                lambda x: x[-1],
+                np.append(step, values(step).max()),
+                jac=lambda x: np.append(np.zeros(free), 1.0),
+                constraints={
+                    "type": "ineq",
+                    "fun": lambda x: x[-1] - values(x[:-1]),
+                    "jac": lambda x: np.column_stack([-slopes(x[:-1]), np.ones(len(values(x[:-1])))]),
+                },
+                bounds=[(-0.3, 0.3)] * free + [(None, None)],
+                method="SLSQP",
+                options={"ftol": 1e-16, "maxiter": 200},
+            )
+            step = found.x[:-1]
+            best = min(best, float(values(step).max()))
+    return best if task != "inscribed" else -best
+
+
+def flatness(points: Array) -> float:
+    """The least width between two parallel planes around the points, by trying all that touch enough of them.
+
+    Either one plane holds three points of the hull, or each holds two.
+    """
+    edges = points[:, None] - points[None]
+    pairs = np.array(list(combinations(range(len(points)), 2)))
+    directions = edges[pairs[:, 0], pairs[:, 1]]
+    normals = np.cross(directions[:, None], directions[None]).reshape(-1, 3)
+    lengths = np.linalg.norm(normals, axis=1)
+    normals = normals[lengths > 1e-9] / lengths[lengths > 1e-9, None]
+    return float(np.ptp(normals @ points.T, axis=1).min())
+
+
+def smallest_sphere(points: Array) -> float:
+    """Radius of the smallest sphere with all points inside, by trying all with two, three or four on them."""
+    best = np.inf
+    for size in (2, 3, 4):
+        for chosen in combinations(points, size):
+            origin, edges = chosen[0], np.array(chosen[1:]) - chosen[0]
+            gram = edges @ edges.T
+            center = origin + np.linalg.solve(2.0 * gram, np.diag(gram)) @ edges
+            radius = float(np.linalg.norm(origin - center))
+            if radius < best and np.linalg.norm(points - center, axis=1).max() <= radius * (1 + 1e-12):
+                best = radius
+    return best
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_flatness_is_the_least_width_of_all_pairs_of_planes(seed: int) -> None:
+    points = noisy(EXAMPLES["plane"], 16, 0.02, seed)
+    plane = answer(points, "plane", "minimum_zone")
+    width = float(np.ptp(plane.signed_distance(points)))
+    assert width == pytest.approx(flatness(points), rel=1e-10)
+    assert largest(plane, points) == pytest.approx(width / 2.0, rel=1e-10)
+
+
+@pytest.mark.parametrize("n", [4, 5, 9, 14])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_circumscribed_sphere_is_the_smallest_of_all(n: int, seed: int) -> None:
+    points = np.random.default_rng([n, seed]).normal(size=(n, 3))
+    sphere = answer(points, "sphere", "minimum_circumscribed")
+    assert isinstance(sphere, Sphere)
+    assert sphere.radius == pytest.approx(smallest_sphere(points), rel=1e-11)
+
+
+def test_the_circumscribed_sphere_of_two_points_far_apart() -> None:
+    """Two points on it, and more freedom than contacts: it takes second derivatives to come to rest."""
+    points = np.vstack(
+        [[[2.0, 0.0, 0.0], [-2.0, 0.0, 0.0]], np.random.default_rng(0).normal(0, 0.3, (40, 3))]
+    )
+    sphere = answer(points, "sphere", "minimum_circumscribed")
+    assert isinstance(sphere, Sphere)
+    assert sphere.radius == pytest.approx(2.0, rel=1e-12)
+    np.testing.assert_allclose(sphere.center, 0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize("n", [10, pytest.param(40, marks=pytest.mark.slow)])
+@examples
+def test_the_minimum_zone_is_that_of_another_optimiser(primitive: Primitive, n: int) -> None:
+    points = noisy(primitive, n, 0.02, seed=n)
+    zone = answer(points, primitive.kind, "minimum_zone")
+    assert largest(zone, points) <= polished(primitive.kind, zone, points, "zone") * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("n", [12, 60])
+def test_the_circumscribed_cylinder_is_that_of_another_optimiser(n: int, seed: int) -> None:
+    points = all_around("cylinder", n, 0.02, seed)
+    cylinder = answer(points, "cylinder", "minimum_circumscribed")
+    assert isinstance(cylinder, Cylinder)
+    assert cylinder.signed_distance(points).max() < 1e-14
+    assert cylinder.radius <= polished("cylinder", cylinder, points, "circumscribed") * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("n", [15, 60])
+@round_kinds
+def test_the_inscribed_surface_is_that_of_another_optimiser(kind: str, n: int) -> None:
+    points = all_around(kind, n, 0.02, seed=n)
+    inscribed = answer(points, kind, "maximum_inscribed")
+    assert isinstance(inscribed, Sphere | Cylinder)
+    assert inscribed.signed_distance(points).min() > -1e-14
+    assert inscribed.radius >= polished(kind, inscribed, points, "inscribed") * (1.0 - 1e-9)
+
+
+@round_kinds
+def test_the_three_radii_hold_each_other(kind: str) -> None:
+    points = all_around(kind, 100, 0.01, seed=5)
+    inscribed, zone, circumscribed = (
+        answer(points, kind, criterion)
+        for criterion in ("maximum_inscribed", "minimum_zone", "minimum_circumscribed")
+    )
+    assert inscribed.radius < zone.radius < circumscribed.radius  # type: ignore[attr-defined]
+    for other in (inscribed, circumscribed):
+        assert np.ptp(zone.signed_distance(points)) <= np.ptp(other.signed_distance(points))
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+@examples
+def test_zones_move_and_scale_with_the_cloud(primitive: Primitive, scale: float) -> None:
+    points = noisy(primitive, 80, 0.02)
+    plain = largest(answer(points, primitive.kind, "minimum_zone"), points)
+    moved = scale * (points @ rotation(1).T + 20.0)
+    assert largest(answer(moved, primitive.kind, "minimum_zone"), moved) == pytest.approx(
+        scale * plain, rel=1e-9
+    )
+
+
+@examples
+def test_zones_far_from_the_origin(primitive: Primitive) -> None:
+    points = np.round(noisy(primitive, 80, 0.02) * 2.0**20) / 2.0**20
+    near, far = (
+        largest(answer(each, primitive.kind, "minimum_zone").transformed(np.eye(3), -offset, 1.0), points)
+        for each, offset in ((points, np.zeros(3)), (points + 2.0**20, np.full(3, 2.0**20)))
+    )
+    assert far == pytest.approx(near, abs=1e-8)
+
+
+@examples
+def test_an_exact_cloud_has_no_zone(primitive: Primitive) -> None:
+    points = sample(primitive, 200)
+    assert largest(answer(points, primitive.kind, "minimum_zone"), points) < 1e-13
+
+
+@examples
+def test_as_many_points_as_parameters_lie_on_the_surface(primitive: Primitive) -> None:
+    points = sample(primitive, primitive.dof, seed=3)
+    assert largest(answer(points, primitive.kind, "minimum_zone"), points) < 1e-12
+
+
+def test_a_corner_of_a_cube_of_points() -> None:
+    """Many more contacts than parameters."""
+    axis = np.linspace(-1.0, 1.0, 5)
+    points = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    sphere = answer(points, "sphere", "minimum_circumscribed")
+    assert isinstance(sphere, Sphere)
+    assert sphere.radius == pytest.approx(np.sqrt(3.0), rel=1e-12)
+    np.testing.assert_allclose(sphere.center, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["sphere", "cylinder"])
+def test_open_surfaces_hold_no_inscribed_one(kind: str) -> None:
+    points = all_around(kind, 100, 0.001, seed=1)
+    middle = points.mean(axis=0)
+    if kind == "cylinder":
+        axis = answer(points, kind, "least_squares").axis  # type: ignore[attr-defined]
+        side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    else:
+        side = np.array([1.0, 0.0, 0.0])
+    found = recognize(
+        points[(points - middle) @ side > 0.1], Config(kinds=(kind,), criterion="maximum_inscribed")
+    )
+    assert found.status == "no_fit" and found.primitive is None
+    assert "do not enclose" in found.attempts[0].reason
+
+
+def test_kinds_without_a_radius_have_no_inscribed_surface() -> None:
+    with pytest.raises(InvalidOptionError, match="is for sphere or cylinder; kinds allows only plane, cone"):
+        Config(kinds=("plane", "cone"), criterion="minimum_circumscribed")
+    found = recognize(all_around("sphere", 300, 0.01, 0), Config(criterion="maximum_inscribed"))
+    assert found.status == "fitted" and isinstance(found.primitive, Sphere)
+    reasons = {attempt.kind: attempt.reason for attempt in found.attempts if attempt.outcome == "failed"}
+    assert set(reasons) == {"plane", "cone", "torus"}
+    assert reasons["cone"] == "maximum_inscribed is defined for a sphere or a cylinder, not for a cone"
+
+
+def test_the_kind_is_found_whatever_the_criterion() -> None:
+    """One stray point in a hundred spoils the minimum zone, not the choice of the kind."""
+    points = noisy(EXAMPLES["cylinder"], 800, 0.005)
+    points[:8] += 0.5
+    for criterion in ("huber", "minimum_zone", "minimum_circumscribed"):
+        found = recognize(points, Config(criterion=criterion))  # type: ignore[arg-type]
+        assert found.status == "fitted" and isinstance(found.primitive, Cylinder), criterion
+        assert found.error is not None and found.error.inlier_share > 0.98
+        distance = found.primitive.signed_distance(points)
+        assert found.error.zone == pytest.approx(float(np.ptp(distance)), rel=1e-9)
+
+
+def test_a_kind_that_is_the_only_one_allowed_is_not_refused() -> None:
+    """Unless by `max_error`, which is held against all points."""
+    points = np.random.default_rng(0).uniform(-1.0, 1.0, (300, 3))
+    assert recognize(points, Config(kinds=("sphere",))).status == "no_fit"
+    for criterion in ("least_squares", "minimum_zone"):
+        found = recognize(points, Config(kinds=("sphere",), criterion=criterion))  # type: ignore[arg-type]
+        assert found.status == "fitted" and found.message.startswith("sphere: the only kind allowed, though")
+        assert found.error is not None
+        for factor, status in ((0.99, "no_fit"), (1.01, "fitted")):
+            limit = factor * found.error.relative_mean
+            config = Config(kinds=("sphere",), criterion=criterion, max_error=limit)  # type: ignore[arg-type]
+            assert recognize(points, config).status == status
