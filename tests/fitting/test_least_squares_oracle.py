@@ -74,24 +74,34 @@ def starts(kind: str, surface: Primitive, count: int, rng: np.random.Generator) 
         yield oracles.moved(kind, oracles.long(parameters(surface)), step)
 
 
-def misses(kind: str, one: oracles.Surface, other: oracles.Surface) -> tuple[float, float]:
-    """The largest difference in an angle and in a length; free points are compared across their freedom."""
-    angles, lengths = [0.0], []
-    offset = one[oracles.ANCHOR[kind]] - other[oracles.ANCHOR[kind]]
+def misses(
+    kind: str, one: oracles.Surface, other: oracles.Surface, center: np.ndarray
+) -> tuple[float, float]:
+    """The largest difference in an angle and in a length; axes and cones are compared next to a centre.
+
+    Of a cone that is the axis and the radius there: its apex may be metres away.
+    """
+    first, second = (_at(kind, surface, center) for surface in (one, other))
+    angles = [np.linalg.norm(np.cross(first[0], second[0])), *np.abs(first[1] - second[1])]
+    lengths = [np.linalg.norm(first[2] - second[2]), *np.abs(first[3] - second[3])]
+    return float(max(angles)), float(max(lengths))
+
+
+def _at(kind: str, surface: oracles.Surface, center: np.ndarray) -> tuple[oracles.Long, ...]:
+    """Direction, angles, place and lengths of a surface as seen from a centre, in float64."""
+    place, direction = surface[oracles.ANCHOR[kind]] - center, np.zeros(3, np.longdouble)
     if kind != "sphere":
-        first, second = (surface[oracles.DIRECTION[kind]] for surface in (one, other))
-        angles.append(float(np.linalg.norm(np.cross(first, second).astype(np.float64))))
-        if kind == "plane":
-            offset = (offset @ second) * second
-        if kind == "cylinder":
-            offset = offset - (offset @ second) * second
-    lengths.append(float(np.linalg.norm(offset.astype(np.float64))))
-    for name in one:
-        if name == "half_angle":
-            angles.append(abs(float(one[name] - other[name])))
-        if "radius" in name:
-            lengths.append(abs(float(one[name] - other[name])))
-    return max(angles), max(lengths)
+        direction = surface[oracles.DIRECTION[kind]]
+    height = place @ direction
+    if kind == "plane":
+        place = height * direction
+    if kind in ("cylinder", "cone"):
+        place = place - height * direction
+    angles = [surface[name] for name in surface if name == "half_angle"]
+    lengths = [surface[name] for name in surface if "radius" in name]
+    if kind == "cone":
+        lengths = [-height * np.tan(surface["half_angle"])]
+    return tuple(np.array(each, np.float64) for each in (direction, angles, place, lengths))
 
 
 def fitted(kind: str, made: Part) -> Primitive:
@@ -117,12 +127,14 @@ def check_against_oracle(kind: str, seed: int, count: int) -> None:
     assert cost <= best * (1.0 + RELATIVE) + 1e-22 * len(points), made.about
     if len(points) == oracles.DOF[kind]:
         return  # several surfaces pass through them
-    angle, length = misses(kind, found, theirs)
+    angle, length = misses(kind, found, theirs, np.zeros(3))
     slopes = oracles.derivatives(kind, theirs, points.astype(np.longdouble)).astype(np.float64)
     weakest = np.linalg.svd(slopes, compute_uv=False)[-1] / np.sqrt(len(points))
     # Neither can know more than the rounding of the coordinates lets them.
     rounding = 4.0 * float(np.spacing(np.abs(made.points).max())) / size / weakest
-    reach = float(np.linalg.norm(found[oracles.ANCHOR[kind]].astype(np.float64)))  # far apexes, large spheres
+    reach = float(
+        np.linalg.norm(found[oracles.ANCHOR[kind]].astype(np.float64))
+    )  # of large spheres, far apexes
     assert angle <= RELATIVE + rounding, made.about
     assert length <= (RELATIVE + rounding) * max(1.0, reach), made.about
     if rounding < RELATIVE:
@@ -156,7 +168,7 @@ def test_nominal_parts_are_measured_as_they_are(kind: str, seed: int) -> None:
         return
     center = made.points.mean(axis=0)
     ours, nominal = (oracles.long(parameters(each.canonical(center))) for each in (found, made.nominal))
-    angle, length = misses(kind, ours, nominal)
+    angle, length = misses(kind, ours, nominal, center)
     assert angle <= ANGLE and length <= LENGTH, made.about
 
 
@@ -170,5 +182,7 @@ def test_cones_of_every_half_angle(half_angle: float, arc: float) -> None:
         np.radians(rng.uniform(0.0, arc, 60)), rng.uniform(max(top - 120.0, 0.3 * top), top, 60)
     )
     found = fitted("cone", Part(cone, points, f"{np.degrees(half_angle):.1f} degrees"))
-    angle, length = misses("cone", oracles.long(parameters(found)), oracles.long(parameters(cone)))
+    angle, length = misses(
+        "cone", oracles.long(parameters(found)), oracles.long(parameters(cone)), points.mean(axis=0)
+    )
     assert angle <= ANGLE and length <= LENGTH
