@@ -401,7 +401,7 @@ CASE_SETS: dict[str, CaseSet] = {
             {"points": SIZES},
         ),
         40,
-        200,
+        80,
         sizes,
     ),
     "coordinates": CaseSet(
@@ -442,7 +442,7 @@ CASE_SETS: dict[str, CaseSet] = {
             {"noise": NOISE_LAWS, "object": tuple(OBJECTS)},
         ),
         160,
-        4000,
+        2000,
         bias,
     ),
     "foreign": CaseSet(
