@@ -45,13 +45,18 @@ CHANCE = 6.0
 LARGEST_BIASED_STRUCTURE = 0.6
 """The same beside exact points: noise with a mean, as the benchmark has it, reaches 0.4 there."""
 
-LARGEST_EXCESS = 3.5
-EXCESS_STRUCTURE = 0.12
+LARGEST_EXCESS = 2.5
+EXCESS_STRUCTURE = 0.15
 EXCESS_TREND = 35.0
 """Noise that is this many times what neighbours scatter about local planes must show less structure than
 this, or the product of its excess and its trend must be smaller than that.
 
-Correlated noise shows the one or the other, a wrong shape mostly all."""
+Correlated noise shows the one or the other, a wrong shape mostly both."""
+
+HUGE_EXCESS = 20.0
+COARSE = 0.01
+"""Noise so many times as large as that of neighbours, and beyond this share of the diagonal, is a wrong
+shape, whatever it shows: noise is not that smooth, and a tessellation not that coarse."""
 
 LARGEST_SCATTER = 0.04
 """Noise beyond this share of the diagonal is a volume rather than a surface.
@@ -308,11 +313,9 @@ def _by_noise(evidence: Evidence, cloud: Cloud) -> Verdict:
     if evidence.noise_scale > most * cloud.diagonal:
         return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {most:.2e})")
     excess = evidence.noise_scale / max(cloud.local_noise, ROUNDING_NOISE * cloud.tolerance)
-    if (
-        excess > LARGEST_EXCESS
-        and evidence.structure > EXCESS_STRUCTURE
-        and excess * evidence.trend > EXCESS_TREND
-    ):
+    structured = evidence.structure > EXCESS_STRUCTURE and excess * evidence.trend > EXCESS_TREND
+    huge = excess > HUGE_EXCESS and evidence.noise_scale > COARSE * cloud.diagonal
+    if huge or (structured and excess > LARGEST_EXCESS):
         return Verdict(
             Standing.SUSPECT,
             f"the shape is systematically off: {spread}, and {excess:.1f} times that of neighbours "
