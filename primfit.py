@@ -16,7 +16,7 @@ from fitting.constraints import Constraints
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
 from fitting.recognize import recognize
-from fitting.result import Attempt, ErrorSummary, Recognition
+from fitting.result import Attempt, ErrorSummary, NoiseSummary, Recognition
 
 __version__ = version("primfit")
 
@@ -30,6 +30,7 @@ __all__ = [
     "ErrorSummary",
     "InvalidOptionError",
     "InvalidPointCloudError",
+    "NoiseSummary",
     "Plane",
     "Primitive",
     "Recognition",

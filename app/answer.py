@@ -14,7 +14,7 @@ from app.readers.cloud import Array, Cloud
 from fitting.constraints import Constraints
 from fitting.guess import guess_of
 from fitting.primitives import KINDS, Primitive, parameters
-from fitting.result import Attempt, ErrorSummary, Recognition
+from fitting.result import Attempt, ErrorSummary, NoiseSummary, Recognition
 from models import load_classifier
 
 
@@ -34,7 +34,8 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
         "message": recognition.message,
         "extents": None,
         "uncertainty": None,
-        "error": _error(recognition.error),
+        "error": _summary(recognition.error),
+        "noise": _summary(recognition.noise),
         "active_constraints": dict(recognition.active_constraints),
         "attempts": [_attempt(attempt) for attempt in recognition.attempts],
         "receipt": receipt(cloud, options),
@@ -93,7 +94,8 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
         "outcome": attempt.outcome,
         "reason": attempt.reason,
         "primitive": _primitive(attempt.primitive),
-        "error": _error(attempt.error),
+        "error": _summary(attempt.error),
+        "noise": _summary(attempt.noise),
     }
 
 
@@ -101,5 +103,5 @@ def _primitive(primitive: Primitive | None) -> dict[str, Any] | None:
     return None if primitive is None else parameters(primitive)
 
 
-def _error(error: ErrorSummary | None) -> dict[str, float] | None:
-    return None if error is None else asdict(error)
+def _summary(summary: ErrorSummary | NoiseSummary | None) -> dict[str, float | None] | None:
+    return None if summary is None else asdict(summary)

@@ -35,7 +35,7 @@ def render(name: str, body: Mapping[str, Any]) -> RenderableType:
         parts.append(Padding(_parameters(body["primitive"], label), (1, 0, 0, 0)))
     parts += [Padding(_parameters(other, "or"), (1, 0, 0, 0)) for other in body["alternatives"]]
     if body["error"] is not None:
-        parts.append(Padding(_error(body["error"]), (1, 0, 0, 0)))
+        parts.append(Padding(_error(body["error"], body["noise"]), (1, 0, 0, 0)))
     if body["active_constraints"]:
         parts.append(Padding(_constraints(body["active_constraints"]), (1, 0, 0, 0)))
     parts.append(Padding(_attempts(body["attempts"]), (1, 0, 1, 0)))
@@ -61,12 +61,14 @@ def _parameters(primitive: Mapping[str, Any], label: str) -> Table:
     return grid
 
 
-def _error(error: Mapping[str, float]) -> Table:
+def _error(error: Mapping[str, float], noise: Mapping[str, float | None]) -> Table:
     grid = _grid()
     grid.add_row("error", "  ".join(f"{name} {error[key]:.3g}" for name, key in _LENGTHS))
     grid.add_row("", f"mean over the bounding-box diagonal {error['relative_mean']:.3g}")
-    grid.add_row("points", f"inliers {error['inlier_share']:.1%}  exact {error['exact_share']:.1%}")
-    grid.add_row("noise", f"{error['noise_scale']:.3g}")
+    shares = (f"{name} {noise[f'{name}_share']:.1%}" for name in ("exact", "outlier"))
+    grid.add_row("points", "  ".join((f"inlier {error['inlier_share']:.1%}", *shares)))
+    step = noise["quantisation_step"]
+    grid.add_row("noise", f"{noise['scale']:.3g}" + (f"  coordinates in steps of {step:g}" if step else ""))
     return grid
 
 

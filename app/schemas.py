@@ -197,8 +197,17 @@ class ErrorSummary(BaseModel):
     zone: float = Field(description="largest less smallest signed distance: the form error")
     relative_mean: float = Field(description="mean over the diagonal of the bounding box")
     inlier_share: float = Field(description="share of the points not rejected as outliers")
+
+
+class NoiseSummary(BaseModel):
+    """How the points scatter about the primitive: some exactly on it, most with noise, some anywhere."""
+
+    scale: float = Field(description="standard deviation of the noise, in the unit of the input")
     exact_share: float = Field(description="share of the points that lie on the surface to the last digits")
-    noise_scale: float = Field(description="standard deviation of the inliers that are not exact")
+    outlier_share: float = Field(description="share of the points that do not belong to the surface")
+    quantisation_step: float | None = Field(
+        description="decimal step that all coordinates are multiples of; null if there is none"
+    )
 
 
 class Attempt(BaseModel):
@@ -210,6 +219,7 @@ class Attempt(BaseModel):
     reason: str
     primitive: Primitive | None
     error: ErrorSummary | None
+    noise: NoiseSummary | None
 
 
 class UsedOptions(BaseModel):
@@ -259,6 +269,7 @@ class FitAnswer(BaseModel):
     extents: dict[str, Any] | None = Field(description="null in this version")
     uncertainty: dict[str, Any] | None = Field(description="null in this version")
     error: ErrorSummary | None
+    noise: NoiseSummary | None
     active_constraints: dict[str, str] = Field(
         description="how each constraint that acts on the kind of `primitive` acts on it, by its name",
         examples=[{"radius": "at its upper bound 5.0", "axis": "fixed"}],

@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array
-from fitting.noise import resolution
+from fitting.noise import rounding_of
 from fitting.normalize import Frame
 from fitting.normals import local_planes
 from fitting.weights import factors_of
@@ -49,6 +49,7 @@ class Cloud:
         planes: few outliers are among them
     local_noise : median of that scatter among those
     tolerance : size of the rounding of the coordinates
+    step : decimal one of the coordinates, in input units, or None
     diagonal : of the bounding box
     flat : all points lie in one plane within the rounding
     factors : (N,) what the distances of `points` are multiplied by in the last refinement, or None
@@ -63,6 +64,7 @@ class Cloud:
     flattest: np.ndarray
     local_noise: float
     tolerance: float
+    step: float | None
     diagonal: float
     flat: bool
     factors: Array | None = None
@@ -88,7 +90,8 @@ class Cloud:
             normals = None if normals is None else normals[counted]
         frame = Frame.of(checked)
         normalized = frame.normalize(checked)
-        tolerance = resolution(checked) / frame.scale
+        rounding = rounding_of(checked)
+        tolerance = rounding.size / frame.scale
         working, given, working_factors = normalized, normals, factors
         if len(normalized) > WORKING_POINTS:
             chosen = np.sort(rng.choice(len(normalized), WORKING_POINTS, replace=False))
@@ -117,6 +120,7 @@ class Cloud:
             flattest=flattest,
             local_noise=float(np.median(scatter[flattest])),
             tolerance=tolerance,
+            step=rounding.step,
             diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
             flat=bool(spread[2] <= tolerance),
             factors=factors,

@@ -14,10 +14,10 @@ from scipy.spatial import cKDTree
 
 from fitting.cloud import Cloud
 from fitting.geometry import Array
-from fitting.noise import NoiseModel, exact_points
+from fitting.noise import LEAST_OUTLIERS, NoiseModel, exact_points
 from fitting.primitives import Primitive
 from fitting.refine import linearize
-from fitting.result import ErrorSummary
+from fitting.result import ErrorSummary, NoiseSummary
 
 OUTLIER = 4.0
 """Points farther than this many noise scales are rejected as outliers."""
@@ -384,8 +384,18 @@ def summarize(
         zone=scale * float(np.ptp(signed)),
         relative_mean=mean / diagonal,
         inlier_share=evidence.inlier_share,
+    )
+
+
+def summarize_noise(evidence: Evidence, cloud: Cloud) -> NoiseSummary:
+    """The noise about the judged primitive, restored to input units."""
+    share = evidence.noise.outlier_share * (1.0 - evidence.exact_share)
+    small = cloud.is_small(evidence.primitive.dof)
+    return NoiseSummary(
+        scale=cloud.frame.scale * evidence.noise_scale,
         exact_share=evidence.exact_share,
-        noise_scale=scale * evidence.noise_scale,
+        outlier_share=0.0 if small or share <= LEAST_OUTLIERS else share,
+        quantisation_step=cloud.step,
     )
 
 

@@ -40,12 +40,23 @@ TRIMMED_DEVIATION = 0.9545975
 """Standard deviation of a unit normal variable cut at +-TRIM."""
 
 
-def resolution(points: Array) -> float:
-    """Size of the rounding in the coordinates, in their unit: no distance below it means anything.
+@dataclass(frozen=True)
+class Rounding:
+    """How finely coordinates are written down, in their unit.
 
-    The largest of: 64 units in the last place of float64, 4 of float32 if every coordinate of a sample
-    is a float32 number, and the decimal step if every coordinate of a sample is a multiple of one.
+    Attributes
+    ----------
+    size : no distance below it means anything. The largest of: 64 units in the last place of float64, 4 of
+        float32 if every coordinate of a sample is a float32 number, and the step
+    step : of decimals, if every coordinate of a sample is a multiple of it, else None
     """
+
+    size: float
+    step: float | None
+
+
+def rounding_of(points: Array) -> Rounding:
+    """The rounding of coordinates (N, 3)."""
     largest = float(np.max(np.abs(points)))
     extent = float(np.max(np.ptp(points, axis=0)))
     sample = points[:: max(1, len(points) // 256)]
@@ -59,8 +70,12 @@ def resolution(points: Array) -> float:
             break
         multiples = sample / step
         if np.all(np.abs(multiples - np.round(multiples)) <= 1e-6 + rounding / step):
-            return max(rounding, step) if extent >= COARSEST_STEPS * step else rounding
-    return rounding
+            return (
+                Rounding(max(rounding, step), step)
+                if extent >= COARSEST_STEPS * step
+                else Rounding(rounding, None)
+            )
+    return Rounding(rounding, None)
 
 
 def trimmed_scale(distance: Array) -> float:

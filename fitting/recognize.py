@@ -20,6 +20,7 @@ from fitting.judge import (
     judge_all,
     points_alike,
     summarize,
+    summarize_noise,
 )
 from fitting.nesting import intervals
 from fitting.primitives import KINDS, PRIMITIVES
@@ -150,7 +151,7 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
     rng = np.random.default_rng([config.seed, 1, KINDS.index(kind)])
     fit = fit_kind(kind, cloud, config.criterion, rng, config.constraints, config.initial_guess)
     if isinstance(fit, FailedFit):
-        return _Try(Attempt(kind, probability, "failed", fit.reason, None, None))
+        return _Try(Attempt(kind, probability, "failed", fit.reason, None, None, None))
     evidence, only = Evidence.weigh(fit.robust, cloud), len(config.kinds) == 1
     error = summarize(fit.primitive, evidence, cloud.points, cloud.diagonal, cloud.frame.scale)
     if config.criterion in COUNTING_ALL:
@@ -164,6 +165,7 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
         reason=verdict.reason,
         primitive=config.constraints.written_into(cloud.frame.restore(fit.primitive.canonical(np.zeros(3)))),
         error=error,
+        noise=summarize_noise(evidence, cloud),
     )
     return _Try(attempt, evidence, verdict.standing)
 
@@ -248,6 +250,7 @@ def _recognition(
         primitive=best.attempt.primitive if best else None,
         alternatives=tuple(t.attempt.primitive for t in rivals if t.attempt.primitive),
         error=best.attempt.error if best else None,
+        noise=best.attempt.noise if best else None,
         attempts=tuple(tried.attempt for tried in tries),
         message=message,
         n_points=len(cloud.points),

@@ -12,8 +12,8 @@ Outcome = Literal["accepted", "refused", "failed"]
 
 @dataclass(frozen=True)
 class ErrorSummary:
-    """Orthogonal distances of all points, in the unit of the input; shares and noise are those of the
-    points that were judged, all of them or a sample of 20,000.
+    """Orthogonal distances of all points, in the unit of the input; the share is that of the points that
+    were judged, all of them or a sample of 20,000.
 
     Attributes
     ----------
@@ -22,9 +22,6 @@ class ErrorSummary:
         that holds all points. Flatness, sphericity, cylindricity under the criterion that was asked for
     relative_mean : mean over the bounding-box diagonal (the SHREC 2022 track's mean fitting error)
     inlier_share : share of the points not rejected as outliers
-    exact_share : share of the points that lie on the surface within the resolution of the input; 0 where
-        that many could lie there by accident
-    noise_scale : standard deviation of the core of the points that are not exact; 0 where all are
     """
 
     rms: float
@@ -34,8 +31,26 @@ class ErrorSummary:
     zone: float
     relative_mean: float
     inlier_share: float
+
+
+@dataclass(frozen=True)
+class NoiseSummary:
+    """How the points that were judged scatter about a primitive: a mixture of three. Lengths in input units.
+
+    Attributes
+    ----------
+    scale : standard deviation of the noise of the points that are neither exact nor outliers; 0 where there
+        are none
+    exact_share : share of the points that lie on the surface within the rounding of the coordinates; 0 where
+        that many could lie there by accident
+    outlier_share : share of the points that are more likely to be anywhere than on the surface
+    quantisation_step : decimal step that all coordinates are multiples of, None where there is none
+    """
+
+    scale: float
     exact_share: float
-    noise_scale: float
+    outlier_share: float
+    quantisation_step: float | None
 
 
 @dataclass(frozen=True)
@@ -48,6 +63,7 @@ class Attempt:
     reason: str
     primitive: Primitive | None
     error: ErrorSummary | None
+    noise: NoiseSummary | None
 
 
 @dataclass(frozen=True)
@@ -63,6 +79,7 @@ class Recognition:
     primitive: Primitive | None
     alternatives: tuple[Primitive, ...]
     error: ErrorSummary | None
+    noise: NoiseSummary | None
     attempts: tuple[Attempt, ...]
     message: str
     n_points: int

@@ -310,7 +310,7 @@ def test_exact_points_stay_exact_under_a_true_constraint() -> None:
     answer = fit("torus", {"center": EXAMPLES["torus"].center.tolist()}, "robust", points=points)  # type: ignore[attr-defined]
     assert isinstance(answer.primitive, Torus) and answer.error is not None
     assert answer.primitive.major_radius == pytest.approx(1.6, abs=1e-13)
-    assert answer.error.exact_share == pytest.approx(2 / 3, abs=0.01)
+    assert answer.noise.exact_share == pytest.approx(2 / 3, abs=0.01)
 
 
 def test_other_kinds_are_left_free() -> None:

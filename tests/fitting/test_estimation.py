@@ -7,7 +7,7 @@ from scipy.optimize import least_squares
 from fitting.axes import DIRECTION_GRID, axis_directions, circles, revolution_axis
 from fitting.cloud import Cloud
 from fitting.kernels import Kernel
-from fitting.noise import exact_points, resolution, trimmed_scale
+from fitting.noise import exact_points, rounding_of, trimmed_scale
 from fitting.normalize import Frame
 from fitting.normals import estimate_normals
 from fitting.primitives import Cylinder, Primitive
@@ -111,15 +111,15 @@ def test_refine_agrees_with_scipy(primitive: Primitive) -> None:
     ids=["three decimals", "integers", "georeferenced"],
 )
 def test_quantised_coordinates_are_noticed(points: np.ndarray, expected: float) -> None:
-    assert resolution(points) == pytest.approx(expected)
+    assert rounding_of(points).size == pytest.approx(expected)
 
 
 def test_the_resolution_of_full_and_single_precision() -> None:
     points = sample(EXAMPLES["sphere"], 300)
-    assert resolution(points) < 1e-13
-    assert 1e-8 < resolution(points.astype(np.float32).astype(np.float64)) < 1e-5
+    assert rounding_of(points).size < 1e-13
+    assert 1e-8 < rounding_of(points.astype(np.float32).astype(np.float64)).size < 1e-5
     lattice = np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
-    assert resolution(lattice) < 1e-4
+    assert rounding_of(lattice).size < 1e-4
 
 
 @pytest.mark.parametrize("outliers", [0, 1500])

@@ -82,7 +82,7 @@ def test_noisy_clouds_are_recognised_with_every_ranking(primitive: Primitive) ->
         assert answer.status == "fitted" and answer.primitive is not None
         assert answer.primitive.kind == primitive.kind
         assert answer.error is not None
-        assert answer.error.noise_scale == pytest.approx(0.01, rel=0.1)
+        assert answer.noise.scale == pytest.approx(0.01, rel=0.1)
 
 
 def test_benchmark_clouds_with_a_reversed_ranking() -> None:
@@ -304,3 +304,49 @@ def test_options_out_of_range_are_named(options: dict, field: str) -> None:
     with pytest.raises(InvalidOptionError) as caught:
         Config(**options)
     assert caught.value.field == field
+
+
+def test_the_noise_model_says_what_was_put_in() -> None:
+    rng = np.random.default_rng(4)
+    points = sample(EXAMPLES["sphere"], 3000)
+    points[:1500] += rng.normal(0.0, 0.01, (1500, 3))
+    points[1500:1800] = rng.uniform(points.min(axis=0) - 1.0, points.max(axis=0) + 1.0, (300, 3))
+    noise = recognize(points).noise
+    assert noise is not None
+    assert noise.scale == pytest.approx(0.01, rel=0.1)
+    assert noise.exact_share == pytest.approx(0.4, abs=0.01)
+    assert noise.outlier_share == pytest.approx(0.1, abs=0.02)
+    assert noise.quantisation_step is None
+    noise = recognize(np.round(noisy(EXAMPLES["cylinder"], 2000, 0.02), 3)).noise
+    assert noise is not None and noise.quantisation_step == 0.001
+
+
+@pytest.mark.parametrize("share", [0.5, 0.7])
+def test_a_surface_of_its_own_among_the_rejected_is_no_primitive(share: float) -> None:
+    rng = np.random.default_rng(6)
+    corner = np.concatenate(
+        [
+            np.insert(rng.uniform(0.0, 1.0, (round(part * 3000), 2)), axis, 0.0, axis=1)
+            for axis, part in ((2, share), (1, 1.0 - share))
+        ]
+    )
+    assert recognize(corner + rng.normal(0.0, 0.002, corner.shape)).status == "no_fit"
+
+
+def test_half_of_gross_outliers_do_not_hide_a_torus() -> None:
+    rng = np.random.default_rng(7)
+    points = noisy(EXAMPLES["torus"], 2000, 0.005)
+    points[:1000] = rng.uniform(points.min(axis=0) - 0.5, points.max(axis=0) + 0.5, (1000, 3))
+    answer = recognize(points)
+    assert answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == "torus"
+    assert answer.noise is not None and answer.noise.outlier_share == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_shallow_noisy_patch_is_ambiguous_and_a_quiet_one_is_not() -> None:
+    rng = np.random.default_rng(8)
+    flat = np.column_stack([rng.uniform(-0.5, 0.5, (60, 2)), np.zeros(60)])
+    noise = rng.normal(size=60)[:, None] * [0.0, 0.0, 1.0]
+    answer = recognize(flat + 0.02 * noise)
+    assert answer.status == "ambiguous"
+    assert {primitive.kind for primitive in answer.alternatives} >= {"sphere"}
+    assert recognize(flat + 0.0005 * noise).status == "fitted"
