@@ -1,5 +1,6 @@
 # make run    start the service and show an answer       make test        the fast test suite, without torch
 # make setup  install what serving needs                 make test-torch  the tests that need torch
+# make test-slow  the fits against brute-force optima, some minutes
 # make image  build the container image                  make lint        ruff, mypy, import rules
 # make weights  train both classifiers again             make clean       remove what these verbs made
 # make training-figures  after make weights: docs/training-figures.md
@@ -31,7 +32,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-torch lint weights training-figures example bench bench-peers bench-full image clean
+.PHONY: run setup test test-slow test-torch lint weights training-figures example bench bench-peers bench-full image clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -41,6 +42,9 @@ setup: $(VENV)/.serving
 
 test: $(VENV)/.dev
 	$(VENV)/bin/python -m pytest -m "not slow and not docker"
+
+test-slow: $(VENV)/.dev
+	$(VENV)/bin/python -m pytest -m slow
 
 test-torch: $(VENV_TORCH)/.torch
 	$(VENV_TORCH)/bin/python -m pytest -m torch
