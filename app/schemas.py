@@ -9,20 +9,11 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
 from typing_extensions import TypeAliasType
 
+from fitting.config import Criterion
+
 KindName = TypeAliasType("KindName", Literal["plane", "sphere", "cylinder", "cone", "torus"])
 ClassifierName = TypeAliasType("ClassifierName", Literal["network", "knn", "none"])
-CriterionName = TypeAliasType(
-    "CriterionName",
-    Literal[
-        "robust",
-        "least_squares",
-        "huber",
-        "tukey",
-        "minimum_zone",
-        "minimum_circumscribed",
-        "maximum_inscribed",
-    ],
-)
+CriterionName = TypeAliasType("CriterionName", Criterion)
 
 Vector = Annotated[
     list[float], Field(min_length=3, max_length=3, description="[x, y, z]", examples=[[0.0, 0.0, 1.0]])
