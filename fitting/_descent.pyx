@@ -95,7 +95,9 @@ cdef double SMALLEST_ANGLE = 1e-9
 cdef double SMALLEST_STEP = 1e-15
 """Steps below this length, in a frame of extent near 1, change nothing any more."""
 cdef double UNSEEN = 1e-13
-"""Relative gains below this drown in the rounding of the cost: such a last step is trusted."""
+cdef int LAST_STEPS = 3
+"""Relative gains below this drown in the rounding of the cost: such steps are trusted, and so many of them in a row
+are the last ones. They bring the digits that the cost does not show."""
 cdef double LARGEST_DAMPING = 1e8
 cdef double NEAR = 1e-6
 """An axis this close, relatively, to the cone that bounds it counts as being on it."""
@@ -460,6 +462,7 @@ cdef bint descend(
     cdef double step[MOST]
     cdef double damping = 1e-12, largest, promised, new_cost, gain
     cdef bint solved = False
+    cdef int unseen = 0
     cdef Surface candidate
     cdef int iteration, j
     cost[0] = cost_of(kernel, scale, distance, n)
@@ -501,9 +504,7 @@ cdef bint descend(
                 for j in range(dof):
                     promised -= 0.5 * gradient[j] * step[j] / (scale * scale)
                 if promised <= UNSEEN * cost[0] and new_cost <= (1.0 + UNSEEN) * cost[0]:
-                    surface[0] = candidate
-                    cost[0] = new_cost
-                    return True
+                    break
             damping = max(damping * 8.0, 1e-6)
             if damping > LARGEST_DAMPING:
                 linearize(surface, points, distance, NULL)
@@ -511,7 +512,8 @@ cdef bint descend(
         gain = cost[0] - new_cost
         surface[0] = candidate
         cost[0] = new_cost
-        if gain <= 1e-15 * new_cost:
+        unseen = unseen + 1 if gain <= UNSEEN * new_cost else 0
+        if unseen == LAST_STEPS:
             return True
         damping = max(damping * 0.1, 1e-12)
         if iteration + 1 < max_iterations:

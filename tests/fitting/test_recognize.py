@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from fitting.config import Config
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
@@ -350,3 +351,15 @@ def test_a_shallow_noisy_patch_is_ambiguous_and_a_quiet_one_is_not() -> None:
     assert answer.status == "ambiguous"
     assert {primitive.kind for primitive in answer.alternatives} >= {"sphere"}
     assert recognize(flat + 0.0005 * noise).status == "fitted"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_noisy_surface_moves_with_its_cloud_to_the_last_digits(kind: str) -> None:
+    points = noisy(EXAMPLES[kind], 1500, 0.01)
+    points -= points.mean(axis=0)
+    turn = Rotation.random(random_state=3).as_matrix()
+    alone, moved = recognize(points).primitive, recognize(4.0 * points @ turn.T + 8.0).primitive
+    assert alone is not None and moved is not None
+    back = moved.transformed(turn.T, -2.0 * turn.T @ np.ones(3), 0.25)
+    difference = np.abs(back.signed_distance(points)) - np.abs(alone.signed_distance(points))
+    assert np.abs(difference).max() < 1e-12
