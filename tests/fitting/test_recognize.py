@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from fitting.config import Config
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
@@ -357,7 +356,7 @@ def test_a_shallow_noisy_patch_is_ambiguous_and_a_quiet_one_is_not() -> None:
 def test_a_noisy_surface_moves_with_its_cloud_to_the_last_digits(kind: str) -> None:
     points = noisy(EXAMPLES[kind], 1500, 0.01)
     points -= points.mean(axis=0)
-    turn = Rotation.random(random_state=3).as_matrix()
+    turn = rotation(3)
     alone, moved = recognize(points).primitive, recognize(4.0 * points @ turn.T + 8.0).primitive
     assert alone is not None and moved is not None
     back = moved.transformed(turn.T, -2.0 * turn.T @ np.ones(3), 0.25)
