@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.axes import DIRECTION_GRID
-from fitting.geometry import Array, around_axis, basis
+from fitting.geometry import TINY, Array, around_axis, basis
 from fitting.primitives import Cylinder, Plane, Primitive, Sphere
 from fitting.refine import linearize
 
@@ -43,6 +43,9 @@ CAP = 0.6
 
 UNDETERMINED = 1e-9
 """Share of its variance that a function must have beside the parameters of the simpler kind."""
+
+SHORTEST = 1e-9
+"""Lengths, in the normalised frame, below which nothing is divided by them."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ def _estimate(columns: Array, tangent: Array, distance: Array) -> tuple[float, f
 def _of_plane(plane: Plane, feet: Array) -> list[Nesting]:
     """Curvature, in angles of turning over the length. What is open for a sphere is open for a cylinder."""
     x, y = _principal(feet, plane.normal)
-    dome = (x**2 + y**2)[:, None] / (2.0 * np.ptp(x))
+    dome = (x**2 + y**2)[:, None] / (2.0 * max(float(np.ptp(x)), SHORTEST))
     return [Nesting(kind, dome, LARGEST_TURN) for kind in ("sphere", "cylinder")]
 
 
@@ -129,9 +132,9 @@ def _of_cylinder(cylinder: Cylinder, feet: Array) -> list[Nesting]:
     """An angle of its sides; a bend of its axis, in angles over its length, towards where it is seen best."""
     radial, rho, height = around_axis(feet, cylinder.point, cylinder.axis)
     height = height - height.mean()
-    length = float(np.ptp(height))
+    length = max(float(np.ptp(height)), SHORTEST)
     lean = max(LARGEST_HALF_ANGLE, LARGEST_TAPER * cylinder.radius / length)
-    around = radial @ np.stack(basis(cylinder.axis), axis=1) / rho[:, None]
+    around = radial @ np.stack(basis(cylinder.axis), axis=1) / (rho + TINY)[:, None]
     bends = (height**2 / (2.0 * length))[:, None] * around
     towards = np.linalg.eigh(bends.T @ bends)[1][:, 1:]
     return [Nesting("cone", height[:, None], lean), Nesting("torus", bends @ towards, LARGEST_BEND)]
