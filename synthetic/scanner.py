@@ -59,7 +59,7 @@ FRUSTUM, FRUSTUM_START = 0.7, Range(0.05, 0.85)
 WHOLE_TUBE, TUBE_ARC = 0.5, Range(60.0, 360.0)
 PLANE_SIDES = Range(0.1, 1.0)
 """Shorter over longer side, log-uniform."""
-MOST_DOMINANT_NEIGHBOUR = 0.2
+MOST_DOMINANT_NEIGHBOUR = 0.25
 """Beyond this share outliers are uniform in the box: a plane of more points would be a second segment."""
 
 FILES = (("float64", 0.6), ("float32", 0.25), ("1 mm", 0.15))
