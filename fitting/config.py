@@ -30,6 +30,12 @@ FITTING_KINDS = {"minimum_circumscribed": WITH_A_RADIUS, "maximum_inscribed": WI
 """Kinds that a criterion is defined for, where that is not all of them."""
 
 
+def takes_no(criterion: str, what: str) -> str:
+    """The complaint about constraints or weights beside an extreme criterion."""
+    others = ", ".join(name for name in CRITERIA if name not in EXTREME)
+    return f"criterion {criterion} takes no {what}; these do: {others}"
+
+
 @dataclass(frozen=True)
 class Config:
     """Options of `recognize`; a value out of range raises `InvalidOptionError`.
@@ -96,7 +102,7 @@ class Config:
             )
         self.constraints.check_kinds(self.kinds)
         if self.constraints.given and self.criterion in EXTREME:
-            raise InvalidOptionError(f"criterion {self.criterion} takes no constraints", "constraints")
+            raise InvalidOptionError(takes_no(self.criterion, "constraints"), "constraints")
         if self.initial_guess is None:
             return
         if type(self.initial_guess) not in PRIMITIVES.values():

@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.classifier import Classifier
 from fitting.cloud import Cloud
-from fitting.config import COUNTING_ALL, Config
+from fitting.config import COUNTING_ALL, EXTREME, Config, takes_no
 from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array
 from fitting.judge import (
@@ -71,8 +71,12 @@ def recognize(
 
     Raises
     ------
-    InvalidPointCloudError : points that cannot be a cloud of any allowed kind
+    InvalidPointCloudError : points that cannot be a cloud of any allowed kind, or weights beside a criterion
+        of extreme points
     """
+    for field, given in (("weights", weights), ("standard_deviations", standard_deviations)):
+        if given is not None and config.criterion in EXTREME:
+            raise InvalidPointCloudError(takes_no(config.criterion, field), field)
     cloud = Cloud.prepare(
         points, normals, np.random.default_rng([config.seed, 0]), weights, standard_deviations
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from fitting.config import Config
+from fitting.config import EXTREME, Config
 from fitting.constraints import Constraints, Range
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 from fitting.guess import guess_of
@@ -505,3 +505,11 @@ def test_bad_weights_are_named(given: dict[str, Any], field: str, said: str) -> 
     with pytest.raises(InvalidPointCloudError, match=said) as caught:
         recognize(CLOUDS["sphere"], **given)
     assert caught.value.field == field
+
+
+@pytest.mark.parametrize("criterion", EXTREME)
+@pytest.mark.parametrize("name", ["weights", "standard_deviations"])
+def test_extreme_points_take_no_weights(criterion: Any, name: str) -> None:
+    with pytest.raises(InvalidPointCloudError, match=f"takes no {name}; these do: robust") as caught:
+        fit("sphere", {}, criterion, **{name: np.ones(300)})
+    assert caught.value.field == name
