@@ -6,7 +6,8 @@ from typing import Literal, get_args
 
 from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.errors import InvalidOptionError
-from fitting.primitives import KINDS, PRIMITIVES, Primitive
+from fitting.guess import guess_of
+from fitting.primitives import KINDS, PRIMITIVES, Primitive, parameters
 
 Criterion = Literal[
     "robust",
@@ -109,6 +110,7 @@ class Config:
             raise InvalidOptionError(
                 f"initial_guess is {self.initial_guess!r:.40}, not a primitive", "initial_guess"
             )
+        guess_of(parameters(self.initial_guess))
         if self.initial_guess.kind not in self.kinds:
             raise InvalidOptionError(
                 f"initial_guess is a {self.initial_guess.kind}; kinds allows only {', '.join(self.kinds)}",

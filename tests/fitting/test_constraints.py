@@ -513,3 +513,17 @@ def test_extreme_points_take_no_weights(criterion: Any, name: str) -> None:
     with pytest.raises(InvalidPointCloudError, match=f"takes no {name}; these do: robust") as caught:
         fit("sphere", {}, criterion, **{name: np.ones(300)})
     assert caught.value.field == name
+
+
+@pytest.mark.parametrize(
+    ("guess", "field"),
+    [
+        (Sphere([0.0, 0.0, 0.0], -1.0), "initial_guess.radius"),
+        (Sphere([0.0, np.nan, 0.0], 1.0), "initial_guess.center"),
+        (Cone([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 2.0), "initial_guess.half_angle"),
+    ],
+)
+def test_a_guess_built_by_hand_is_checked_too(guess: Primitive, field: str) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        Config(initial_guess=guess)
+    assert caught.value.field == field
