@@ -105,12 +105,30 @@ def test_bad_constraints_are_named(service: Any, constraints: Any, field: str) -
 
 @pytest.mark.parametrize(
     ("guess", "field"),
-    [({"kind": "egg"}, ""), ({**GUESS, "radius": -2}, ".radius"), ({**GUESS, "r": 2}, ".cylinder.r")],
+    [
+        ({"kind": "egg"}, ""),
+        ({"radius": 2}, ""),
+        (5, ""),
+        ({**GUESS, "radius": -2}, ".radius"),
+        ({**GUESS, "point": [0, 0]}, ".point"),
+        ({**GUESS, "r": 2}, ".r"),
+    ],
 )
 def test_bad_guesses_are_named(service: Any, guess: Any, field: str) -> None:
     response = service.client.post("/fit", json={**SMALL, "options": {"initial_guess": guess}})
     assert response.status_code == 422
     assert response.json()["errors"][0]["field"] == f"options.initial_guess{field}"
+    assert "egg" not in response.text
+
+
+def test_mistakes_are_told_in_words_of_json(service: Any) -> None:
+    options = {"constraints": {"radius": 5, "tip": [0, 0, 0]}}
+    body = service.client.post("/fit", json={**SMALL, "options": options}).json()
+    assert body["errors"] == [
+        {"field": "options.constraints.radius", "message": "an object is needed", "value": "number"},
+        {"field": "options.constraints.tip", "message": "unknown field", "value": "array of 3"},
+    ]
+    assert body["detail"] == "2 mistakes, the first: options.constraints.radius: an object is needed"
 
 
 def test_an_object_in_a_query_is_refused(service: Any) -> None:
