@@ -149,7 +149,9 @@ def test_flags_say_what_json_says() -> None:
     }
 
 
-@pytest.mark.parametrize("flags", [["radius"], ["radius=a"], ["radius=1", "radius=2"], ["center=1,2,x"]])
+@pytest.mark.parametrize(
+    "flags", [["radius"], ["radius=a"], ["radius=1", "radius=2"], ["center=1,2,x"], ["axis=0,0,1@"]]
+)
 def test_flags_that_cannot_be_read(flags: list[str]) -> None:
     with pytest.raises(InvalidOptionError, match="constraint"):
         parse_constraints(flags)
@@ -160,6 +162,11 @@ def test_flags_that_cannot_be_read(flags: list[str]) -> None:
     [
         (["--constraint", "tip=1,2,3"], "--constraint: constraints holds 'tip'"),
         (["--constraint", "radius=6..4"], "min 6 over the max 4"),
+        (["--kind", "cone", "--constraint", "radius=5"], "--constraint: constraints.radius is given"),
+        (
+            ["--kind", "cone", "--criterion", "maximum_inscribed"],
+            "--kind: criterion maximum_inscribed is",
+        ),
         (["--initial-guess", "{"], "--initial-guess: initial_guess is '{'"),
     ],
 )
