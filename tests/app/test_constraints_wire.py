@@ -177,3 +177,10 @@ def test_bad_flags_end_with_status_2(
         cli.app(["fit", str(EXAMPLES / "cylinder.csv"), *arguments])
     assert caught.value.code == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_weight_that_is_no_number_is_a_bad_point(service: Any) -> None:
+    body = '{"points": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "weights": [1, NaN, 1]}'
+    response = service.client.post("/fit", content=body, headers={"Content-Type": "application/json"})
+    assert response.json()["type"].endswith("invalid-points")
+    assert response.json()["errors"][0]["field"] == "weights[1]"
