@@ -19,6 +19,9 @@ BAD_INPUT = 2
 INTERNAL_ERROR = 1
 BADNESS = (*EXIT.values(), BAD_INPUT, INTERNAL_ERROR)
 
+# Options that are lists or objects, and the flags that are repeated for them.
+FLAGS = {"kinds": "kind", "constraints": "constraint"}
+
 
 class Kind(StrEnum):
     """`fitting.primitives.KINDS`, without importing it."""
@@ -297,8 +300,8 @@ def _options(
             checked["initial_guess"] = guess_of(options["initial_guess"])
         Config(**checked)
     except InvalidOptionError as error:
-        flag = error.field.partition(".")[0].replace("constraints", "constraint").replace("_", "-")
-        _complain(f"--{flag}", str(error))
+        option = error.field.partition(".")[0]
+        _complain(f"--{FLAGS.get(option, option).replace('_', '-')}", str(error))
         raise typer.Exit(BAD_INPUT) from None
     return options if classifier is None else options | {"classifier": classifier}
 

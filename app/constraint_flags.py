@@ -32,10 +32,8 @@ def _value(name: str, text: str) -> Any:
     if name in _POSITIONS:
         return _numbers(name, text)
     if name in _DIRECTIONS:
-        direction, _, angle = text.partition("@")
-        return {"direction": _numbers(name, direction)} | (
-            {"max_angle": _number(name, angle)} if angle else {}
-        )
+        direction, at, angle = text.partition("@")
+        return {"direction": _numbers(name, direction)} | ({"max_angle": _number(name, angle)} if at else {})
     if name not in _NUMBERS:
         return text
     low, dots, high = text.partition("..")

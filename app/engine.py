@@ -57,7 +57,8 @@ def fit(
     Raises
     ------
     InvalidPointCloudError
-        The points are not finite (N, 3), or too few, identical or collinear.
+        The points are not finite (N, 3), or too few, identical or collinear; or weights are not (N,), out of
+        range, or beside a criterion of extreme points, which takes none.
     InvalidOptionError
         An option is unknown or out of range.
     """

@@ -5,7 +5,7 @@ Nothing of the input is repeated but the names of fields, and those are cut.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, get_args
 
 import orjson
 from pydantic import ValidationError
@@ -19,9 +19,18 @@ from app.readers.errors import (
     UnreadableFileError,
     describe,
 )
+from app.schemas import KindName
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 
 MEDIA_TYPE = "application/problem+json"
+# What pydantic says in terms of Python, or with the input in it.
+_WORDS = {
+    "extra_forbidden": "unknown field",
+    "model_type": "an object is needed",
+    "model_attributes_type": "an object is needed",
+    "union_tag_not_found": "kind is missing",
+    "union_tag_invalid": f"kind is unknown; allowed are {', '.join(get_args(KindName.__value__))}",
+}
 # 20 errors of these lengths, every character escaped, fit into 16 KiB with the rest.
 _FIELD_LENGTH, _VALUE_LENGTH, _MESSAGE_LENGTH, _DETAIL_LENGTH = 80, 60, 200, 400
 
@@ -62,7 +71,8 @@ class InvalidOptionsError(ValueError):
     """Options that are unknown, of the wrong type, or given twice."""
 
     def __init__(self, errors: Sequence[FieldError]) -> None:
-        super().__init__(f"options that are not valid: {len(errors)}")
+        first = f"{errors[0].field[:_FIELD_LENGTH]}: {errors[0].message}"
+        super().__init__(first if len(errors) == 1 else f"{len(errors)} mistakes, the first: {first}")
         self.errors = tuple(errors)
 
 
@@ -138,7 +148,7 @@ def option_errors(error: ValidationError, prefix: str, allowed: Sequence[str]) -
             _path(prefix, found["loc"]),
             f"unknown option; allowed are {', '.join(allowed)}"
             if found["type"] == "extra_forbidden" and len(found["loc"]) == 1
-            else found["msg"],
+            else _WORDS.get(found["type"], found["msg"]),
             describe(found["input"]),
         )
         for found in error.errors(include_url=False, include_context=False)
@@ -146,6 +156,8 @@ def option_errors(error: ValidationError, prefix: str, allowed: Sequence[str]) -
 
 
 def _path(prefix: str, steps: Sequence[int | str]) -> str:
+    if steps[0] == "initial_guess":
+        steps = [*steps[:1], *steps[2:]]  # the second is its kind, by which pydantic chose the model
     path = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)
     return (prefix + path).removeprefix(".")
 

@@ -262,7 +262,7 @@ cdef void keep_within(Surface *surface, const Limits *limits) noexcept nogil:
     """
     cdef double tangent[3]
     cdef double *a = surface.axis
-    cdef const double *r = limits.reference
+    cdef const double *r = &limits.reference[0]
     cdef double along, across, length
     cdef int k
     surface.angle = min(max(surface.angle, limits.low[0]), limits.high[0])
@@ -399,7 +399,7 @@ cdef bint solve_within(
     cdef double along, across, angle, x, y, c, s, length
     cdef int bounded = 0, k
     cdef bint on_cone
-    cdef const double *a = surface.axis
+    cdef const double *a = &surface.axis[0]
     cdef double values[3]
     values[0], values[1], values[2] = surface.angle, surface.major, surface.offset
     for k in range(3):

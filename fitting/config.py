@@ -6,7 +6,8 @@ from typing import Literal, get_args
 
 from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.errors import InvalidOptionError
-from fitting.primitives import KINDS, PRIMITIVES, Primitive
+from fitting.guess import guess_of
+from fitting.primitives import KINDS, PRIMITIVES, Primitive, parameters
 
 Criterion = Literal[
     "robust",
@@ -28,6 +29,12 @@ COUNTING_ALL = ("least_squares", *EXTREME)
 WITH_A_RADIUS = ("sphere", "cylinder")
 FITTING_KINDS = {"minimum_circumscribed": WITH_A_RADIUS, "maximum_inscribed": WITH_A_RADIUS}
 """Kinds that a criterion is defined for, where that is not all of them."""
+
+
+def takes_no(criterion: str, what: str) -> str:
+    """The complaint about constraints or weights beside an extreme criterion."""
+    others = ", ".join(name for name in CRITERIA if name not in EXTREME)
+    return f"criterion {criterion} takes no {what}; these do: {others}"
 
 
 @dataclass(frozen=True)
@@ -96,13 +103,14 @@ class Config:
             )
         self.constraints.check_kinds(self.kinds)
         if self.constraints.given and self.criterion in EXTREME:
-            raise InvalidOptionError(f"criterion {self.criterion} takes no constraints", "constraints")
+            raise InvalidOptionError(takes_no(self.criterion, "constraints"), "constraints")
         if self.initial_guess is None:
             return
         if type(self.initial_guess) not in PRIMITIVES.values():
             raise InvalidOptionError(
                 f"initial_guess is {self.initial_guess!r:.40}, not a primitive", "initial_guess"
             )
+        guess_of(parameters(self.initial_guess))
         if self.initial_guess.kind not in self.kinds:
             raise InvalidOptionError(
                 f"initial_guess is a {self.initial_guess.kind}; kinds allows only {', '.join(self.kinds)}",

@@ -160,9 +160,9 @@ def _check_range(field: str, value: Range, angle: bool) -> None:
     if low > high:
         raise InvalidOptionError(f"{field} has the min {low:g} over the max {high:g}", field)
     if angle and (low > LARGEST_ANGLE or high < SMALLEST_ANGLE or math.pi / 2 < high < math.inf):
+        found = f"{low:g}" if value.fixed else f"from {low:g} to {high:g}"
         raise InvalidOptionError(
-            f"{field} is from {low:g} to {high:g}; "
-            f"it lies between {SMALLEST_ANGLE:g} and pi/2 - {SMALLEST_ANGLE:g}",
+            f"{field} is {found}; it lies between {SMALLEST_ANGLE:g} and pi/2 - {SMALLEST_ANGLE:g}",
             field,
         )
 

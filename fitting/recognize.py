@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.classifier import Classifier
 from fitting.cloud import Cloud
-from fitting.config import COUNTING_ALL, Config
+from fitting.config import COUNTING_ALL, EXTREME, Config, takes_no
 from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array
 from fitting.judge import (
@@ -24,6 +24,7 @@ from fitting.judge import (
 )
 from fitting.nesting import intervals
 from fitting.primitives import KINDS, PRIMITIVES
+from fitting.reach import check_reach
 from fitting.result import Attempt, FailedFit, Recognition
 from fitting.search import fit_kind
 
@@ -71,11 +72,17 @@ def recognize(
 
     Raises
     ------
-    InvalidPointCloudError : points that cannot be a cloud of any allowed kind
+    InvalidPointCloudError : points that cannot be a cloud of any allowed kind, or weights beside a criterion
+        of extreme points
+    InvalidOptionError : constraints or an initial guess out of all proportion to the cloud
     """
+    for field, given in (("weights", weights), ("standard_deviations", standard_deviations)):
+        if given is not None and config.criterion in EXTREME:
+            raise InvalidPointCloudError(takes_no(config.criterion, field), field)
     cloud = Cloud.prepare(
         points, normals, np.random.default_rng([config.seed, 0]), weights, standard_deviations
     )
+    check_reach(config.constraints, config.initial_guess, cloud.frame)
     fewest = min(PRIMITIVES[kind].dof for kind in config.kinds)
     if len(cloud.points) < fewest:
         kinds = " or ".join(config.kinds)

@@ -128,7 +128,7 @@ def _locate(error: orjson.JSONDecodeError) -> UnreadableFileError:
     """The parser's complaint as a field: where in the document, and which class of value stands there."""
     rest = error.doc[error.pos : error.pos + 10]
     path = _path(error.doc[: error.pos]) or "body"
-    refused = InvalidPointsError if path.startswith("points") else UnreadableFileError
+    refused = InvalidPointsError if path.startswith(("points", *_PER_POINT)) else UnreadableFileError
     if number := _NOT_FINITE.match(rest):
         value = "NaN" if number["nan"] else "infinity"
         return refused(path, f"{value} is not JSON; every number must be finite", value)

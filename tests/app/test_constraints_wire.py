@@ -105,12 +105,30 @@ def test_bad_constraints_are_named(service: Any, constraints: Any, field: str) -
 
 @pytest.mark.parametrize(
     ("guess", "field"),
-    [({"kind": "egg"}, ""), ({**GUESS, "radius": -2}, ".radius"), ({**GUESS, "r": 2}, ".cylinder.r")],
+    [
+        ({"kind": "egg"}, ""),
+        ({"radius": 2}, ""),
+        (5, ""),
+        ({**GUESS, "radius": -2}, ".radius"),
+        ({**GUESS, "point": [0, 0]}, ".point"),
+        ({**GUESS, "r": 2}, ".r"),
+    ],
 )
 def test_bad_guesses_are_named(service: Any, guess: Any, field: str) -> None:
     response = service.client.post("/fit", json={**SMALL, "options": {"initial_guess": guess}})
     assert response.status_code == 422
     assert response.json()["errors"][0]["field"] == f"options.initial_guess{field}"
+    assert "egg" not in response.text
+
+
+def test_mistakes_are_told_in_words_of_json(service: Any) -> None:
+    options = {"constraints": {"radius": 5, "tip": [0, 0, 0]}}
+    body = service.client.post("/fit", json={**SMALL, "options": options}).json()
+    assert body["errors"] == [
+        {"field": "options.constraints.radius", "message": "an object is needed", "value": "number"},
+        {"field": "options.constraints.tip", "message": "unknown field", "value": "array of 3"},
+    ]
+    assert body["detail"] == "2 mistakes, the first: options.constraints.radius: an object is needed"
 
 
 def test_an_object_in_a_query_is_refused(service: Any) -> None:
@@ -131,7 +149,9 @@ def test_flags_say_what_json_says() -> None:
     }
 
 
-@pytest.mark.parametrize("flags", [["radius"], ["radius=a"], ["radius=1", "radius=2"], ["center=1,2,x"]])
+@pytest.mark.parametrize(
+    "flags", [["radius"], ["radius=a"], ["radius=1", "radius=2"], ["center=1,2,x"], ["axis=0,0,1@"]]
+)
 def test_flags_that_cannot_be_read(flags: list[str]) -> None:
     with pytest.raises(InvalidOptionError, match="constraint"):
         parse_constraints(flags)
@@ -142,6 +162,11 @@ def test_flags_that_cannot_be_read(flags: list[str]) -> None:
     [
         (["--constraint", "tip=1,2,3"], "--constraint: constraints holds 'tip'"),
         (["--constraint", "radius=6..4"], "min 6 over the max 4"),
+        (["--kind", "cone", "--constraint", "radius=5"], "--constraint: constraints.radius is given"),
+        (
+            ["--kind", "cone", "--criterion", "maximum_inscribed"],
+            "--kind: criterion maximum_inscribed is",
+        ),
         (["--initial-guess", "{"], "--initial-guess: initial_guess is '{'"),
     ],
 )
@@ -152,3 +177,10 @@ def test_bad_flags_end_with_status_2(
         cli.app(["fit", str(EXAMPLES / "cylinder.csv"), *arguments])
     assert caught.value.code == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_weight_that_is_no_number_is_a_bad_point(service: Any) -> None:
+    body = '{"points": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "weights": [1, NaN, 1]}'
+    response = service.client.post("/fit", content=body, headers={"Content-Type": "application/json"})
+    assert response.json()["type"].endswith("invalid-points")
+    assert response.json()["errors"][0]["field"] == "weights[1]"

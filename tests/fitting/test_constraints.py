@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from fitting.config import Config
+from fitting.config import EXTREME, Config
 from fitting.constraints import Constraints, Range
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 from fitting.guess import guess_of
@@ -505,3 +505,53 @@ def test_bad_weights_are_named(given: dict[str, Any], field: str, said: str) -> 
     with pytest.raises(InvalidPointCloudError, match=said) as caught:
         recognize(CLOUDS["sphere"], **given)
     assert caught.value.field == field
+
+
+@pytest.mark.parametrize("criterion", EXTREME)
+@pytest.mark.parametrize("name", ["weights", "standard_deviations"])
+def test_extreme_points_take_no_weights(criterion: Any, name: str) -> None:
+    with pytest.raises(InvalidPointCloudError, match=f"takes no {name}; these do: robust") as caught:
+        fit("sphere", {}, criterion, **{name: np.ones(300)})
+    assert caught.value.field == name
+
+
+@pytest.mark.parametrize(
+    ("guess", "field"),
+    [
+        (Sphere([0.0, 0.0, 0.0], -1.0), "initial_guess.radius"),
+        (Sphere([0.0, np.nan, 0.0], 1.0), "initial_guess.center"),
+        (Cone([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 2.0), "initial_guess.half_angle"),
+    ],
+)
+def test_a_guess_built_by_hand_is_checked_too(guess: Primitive, field: str) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        Config(initial_guess=guess)
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize(
+    ("constraints", "guess", "field"),
+    [
+        ({"center": [1e60, 0.0, 0.0]}, None, "constraints.center"),
+        ({"point": [1e99, 0.0, 0.0]}, None, "constraints.point"),
+        ({"radius": {"min": 1e90}}, None, "constraints.radius"),
+        ({"minor_radius": {"value": 1e20}}, None, "constraints.minor_radius"),
+        ({}, Sphere([1e100, 0.0, 0.0], 1e100), "initial_guess"),
+        ({}, Torus([1e50, 0.0, 0.0], [0.0, 0.0, 1.0], 1.0, 1e50), "initial_guess"),
+    ],
+)
+@pytest.mark.parametrize("unit", [1.0, 1e-90])
+def test_what_is_out_of_all_proportion_is_refused(
+    constraints: dict[str, Any], guess: Primitive | None, field: str, unit: float
+) -> None:
+    """Every cloud lies within the rounding of a sphere whose centre is 1e60 away."""
+    config = Config(constraints=Constraints.of(constraints), initial_guess=guess)
+    with pytest.raises(InvalidOptionError, match="extents of the cloud") as caught:
+        recognize(unit * CLOUDS["cylinder"], config)
+    assert caught.value.field == field
+
+
+def test_a_far_guess_fools_nobody() -> None:
+    config = Config(initial_guess=Sphere([1e9, 0.0, 0.0], 1e9))
+    assert isinstance(recognize(CLOUDS["cylinder"], config).primitive, Cylinder)
+    assert isinstance(recognize(CLOUDS["plane"], config).primitive, Plane)
