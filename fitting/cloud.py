@@ -88,6 +88,8 @@ class Cloud:
             counted = factors > 0.0
             checked, factors = check_points(checked[counted]), factors[counted]
             normals = None if normals is None else normals[counted]
+        if factors is not None and np.all(factors == factors[0]):
+            factors = None
         frame = Frame.of(checked)
         normalized = frame.normalize(checked)
         rounding = rounding_of(checked)

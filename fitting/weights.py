@@ -24,7 +24,7 @@ def factors_of(weights: object, standard_deviations: object, n_points: int) -> A
         raise InvalidPointCloudError("give weights or standard_deviations, not both", "weights")
     if standard_deviations is not None:
         sigma = _checked(standard_deviations, "standard_deviations", n_points)
-        return _unless_equal(np.median(sigma) / sigma)
+        return np.asarray(np.median(sigma) / sigma)
     if weights is None:
         return None
     factors = np.sqrt(_checked(weights, "weights", n_points, zero_allowed=True))
@@ -33,11 +33,7 @@ def factors_of(weights: object, standard_deviations: object, n_points: int) -> A
         raise InvalidPointCloudError(
             f"{len(positive)} points have a positive weight; at least 3 are needed", "weights"
         )
-    return _unless_equal(factors / np.median(positive))
-
-
-def _unless_equal(factors: Array) -> Array | None:
-    return None if np.all(factors == factors[0]) else factors
+    return np.asarray(factors / np.median(positive))
 
 
 def _checked(values: object, field: str, n_points: int, zero_allowed: bool = False) -> Array:
