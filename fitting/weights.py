@@ -10,7 +10,7 @@ SMALLEST, LARGEST = 1e-100, 1e100
 
 
 def factors_of(weights: object, standard_deviations: object, n_points: int) -> Array | None:
-    """What the distance of each point is multiplied by, (N,), or None where all points count alike.
+    """What the distance of each point is multiplied by, (N,), or None where nothing is given.
 
     The roots of the weights, or one over the standard deviations, divided by the median of the positive ones:
     neither has a unit, and the scale of the residuals stays that of a typical point.
