@@ -74,7 +74,7 @@ def plan(options: argparse.Namespace) -> list[Work]:
         if name in names:
             count = options.n or (chosen.full if options.full else chosen.small)
             cases = [str(index) for index in range(count)]
-            works.append(Work(name, options.seed, cases, partial(_draw, chosen, options.seed)))
+            works.append(Work(name, options.seed, cases, partial(_draw, chosen, options.seed), chosen.own))
     if options.shrec22:
         folder = TrackFolder(options.shrec22)
         works.append(Work(TRACK, folder.fingerprint, folder.names[: options.n], folder.case))

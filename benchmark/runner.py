@@ -19,6 +19,7 @@ import numpy as np
 
 from benchmark.cases import Case
 from benchmark.child import ROOT
+from benchmark.methods import PEERS
 from benchmark.records import Outcome, Record, RecordsFile, Scored
 
 THREADS = ("OMP", "OPENBLAS", "MKL", "RAYON", "NUMEXPR", "NUMBA", "TBB")
@@ -134,12 +135,14 @@ class Work:
     """The cases of one set: their names, in order, and how each is drawn or read.
 
     `seed` tells them from other cases of the same names; that of a folder is a number made of its truths.
+    Of an `own` set methods of others are not asked.
     """
 
     set: str
     seed: int
     names: Sequence[str]
     draw: Callable[[str], Case]
+    own: bool = False
 
 
 def interpreter(peers: bool) -> Path:
@@ -195,11 +198,12 @@ def run(
     known = {record.key for record in done}
     kinds = {record.key[:3]: record.kind for record in done}
     for work in works:
+        asked = {name: about for name, about in methods.items() if not (work.own and name in PEERS)}
         for name in work.names:
             case = (work.set, work.seed, name)
             missing = [
                 method
-                for method, about in methods.items()
+                for method, about in asked.items()
                 if (*case, method) not in known and (case not in kinds or asked_about(about, kinds[case]))
             ]
             yield work, list(_run_case(child, file, work, name, missing, methods, timeout)) if missing else []

@@ -110,6 +110,15 @@ def test_methods_take_turns_and_a_run_goes_on(child, tmp_path):
     assert file.methods()["given"]["kinds"] == ["sphere"]
 
 
+def test_methods_of_others_are_not_asked_in_a_set_of_our_own(child, tmp_path, monkeypatch):
+    monkeypatch.setattr(runner, "PEERS", ("given",))
+    methods = introduce(child, ["right", "given"])
+    for own, asked in ((True, ["right"]), (False, ["right", "given"])):
+        works = [Work("fakes", 7, ["0"], lambda name: sphere_case(), own)]
+        ((_, records),) = run(child, RecordsFile(tmp_path), works, methods, [], PATIENT)
+        assert [record.method for record in records] == asked
+
+
 def test_records_of_other_versions_are_dropped(child, tmp_path):
     file = RecordsFile(tmp_path)
     works = [Work("fakes", 7, ["0"], lambda name: sphere_case())]
