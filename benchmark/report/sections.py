@@ -35,10 +35,10 @@ def head(data: Data) -> Iterator[str]:
     yield "<!-- Written by `primfit bench report`; change benchmark/report/, not this file. -->"
     yield ""
     yield (
-        f"primfit and what people use instead, on the same {clouds:,} clouds, in one run: who is right how "
-        "often, how exact, how fast. One process, one thread, warm, the methods taking turns cloud by "
-        f"cloud; {', '.join(machines)}. `make bench-full` runs all of it; the commands below make "
-        "a part each. [benchmarking.md](benchmarking.md) says more; "
+        f"primfit and what people use instead, on the same {clouds:,} clouds: who is right how often, how "
+        "exact, how fast. One process, one thread, warm; the methods take turns cloud by cloud, and one "
+        f"that has changed since is measured anew by itself; {', '.join(machines)}. `make bench-full` runs "
+        "all of it; the commands below make a part each. [benchmarking.md](benchmarking.md) says more; "
         "[benchmark-details.md](benchmark-details.md) has every table by perturbation, size and level."
     )
 
