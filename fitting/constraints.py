@@ -160,11 +160,13 @@ def _check_range(field: str, value: Range, angle: bool) -> None:
     if low > high:
         raise InvalidOptionError(f"{field} has the min {low:g} over the max {high:g}", field)
     if angle and (low > LARGEST_ANGLE or high < SMALLEST_ANGLE or math.pi / 2 < high < math.inf):
-        found = f"{low:g}" if value.fixed else f"from {low:g} to {high:g}"
-        raise InvalidOptionError(
-            f"{field} is {found}; it lies between {SMALLEST_ANGLE:g} and pi/2 - {SMALLEST_ANGLE:g}",
-            field,
-        )
+        raise angle_error(field, f"{low:g}" if value.fixed else f"from {low:g} to {high:g}")
+
+
+def angle_error(field: str, found: str) -> InvalidOptionError:
+    """The complaint about a half-angle."""
+    limits = f"it lies between {SMALLEST_ANGLE:g} and pi/2 - {SMALLEST_ANGLE:g}"
+    return InvalidOptionError(f"{field} is {found}; {limits}", field)
 
 
 def _parts(field: str, value: object, allowed: tuple[str, ...]) -> Mapping[str, Any]:

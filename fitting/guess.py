@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from fitting.constraints import LARGEST_ANGLE, SMALLEST_ANGLE
+from fitting.constraints import LARGEST_ANGLE, SMALLEST_ANGLE, angle_error
 from fitting.errors import InvalidOptionError
 from fitting.primitives import KINDS, PRIMITIVES, Primitive
 from fitting.values import direction, positive, triple
@@ -39,7 +39,5 @@ def _value(name: str, value: object) -> Any:
         return triple(field, value)
     result = positive(field, value)
     if name == "half_angle" and not SMALLEST_ANGLE <= result <= LARGEST_ANGLE:
-        raise InvalidOptionError(
-            f"{field} is {result:g}; it lies between {SMALLEST_ANGLE:g} and pi/2 - {SMALLEST_ANGLE:g}", field
-        )
+        raise angle_error(field, f"{result:g}")
     return result

@@ -223,4 +223,5 @@ _IMPOSE = {
 
 
 def moved(primitive: Primitive, by: Array) -> Primitive:
+    """The primitive shifted by (3,): from the frame of a pivot back to that of the cloud."""
     return primitive.transformed(np.eye(3), by, 1.0)

@@ -143,7 +143,7 @@ class NoiseModel:
     def of(cls, distance: Array, smallest: float, width: float) -> Self:
         """The most likely mixture, by expectation maximisation on distances (N,).
 
-        Of many distances every k-th is taken, at least `MIXTURE_POINTS` and fewer than twice as many.
+        Of more than `MIXTURE_POINTS` distances every k-th is taken, at least half as many.
         `smallest` is the least scale, `width` the range over which outliers are uniform.
         Source: Dempster, Laird and Rubin, JRSS B 39, 1977; outliers so modelled in Torr and Zisserman,
         "MLESAC", CVIU 78, 2000.

@@ -125,9 +125,10 @@ def fit_kind(
     limits = Limits.of(constraints, kind, cloud.frame)
     if limits is None:
         return _fit(kind, cloud, criterion, rng, extra)
-    starts = ranked_starts(kind, View.of(cloud), rng, extra)
+    free = View.of(cloud)
+    starts = ranked_starts(kind, free, rng, extra)
     if len(starts):
-        extra.append(_likeliest(kind, starts, View.of(cloud), cloud, rng).primitive.row())
+        extra.append(_likeliest(kind, starts, free, cloud, rng).primitive.row())
     found = _fit(kind, cloud.about(limits.pivot), criterion, rng, extra, limits)
     if isinstance(found, FailedFit):
         return found
