@@ -14,6 +14,7 @@ from starlette.requests import ClientDisconnect
 from app import jobs, openapi, problems
 from app.body import received
 from app.problems import NotReadyError, UnsupportedMediaTypeError
+from app.readers import Limits
 from app.request_id import RequestId
 from app.schemas import FitAnswer, Live, Ready, Versions
 from app.settings import Settings
@@ -124,8 +125,7 @@ def _job(request: Request, media_type: str, body: bytes | Path) -> jobs.FitJob:
         media_type,
         request.headers.get("content-type", ""),
         request.query_params.multi_items(),
-        settings.max_points,
-        settings.max_json_points,
+        Limits(settings.max_points, settings.max_json_points, settings.max_body_bytes),
     )
 
 

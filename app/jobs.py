@@ -14,7 +14,7 @@ from app.engine import fit, fit_cloud
 from app.multipart import split_parts
 from app.options import check_options, parse_options
 from app.problems import MEDIA_TYPE, problem
-from app.readers import Cloud, UnreadableFileError, read, read_json
+from app.readers import Cloud, Limits, UnreadableFileError, read, read_json
 
 _log = logging.getLogger("primfit")
 
@@ -28,8 +28,7 @@ class FitJob:
     media_type: str
     content_type: str
     query: list[tuple[str, str]]
-    max_points: int
-    max_json_points: int
+    limits: Limits
 
 
 @dataclass(frozen=True)
@@ -74,11 +73,11 @@ def _fit(job: FitJob) -> Reply:
 def _read(body: bytes, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:
     """The cloud, and the options that an upload holds beside it."""
     if job.media_type == "application/json":
-        return read_json(memoryview(body), job.max_json_points), {}
+        return read_json(memoryview(body), job.limits), {}
     parts: Mapping[str, bytes | memoryview] = {"file": body}
     if job.media_type == "multipart/form-data":
         parts = split_parts(body, job.content_type)
     if "file" not in parts:
         raise UnreadableFileError("file", "part file is missing", "missing")
     beside = parse_options(parts["options"]) if "options" in parts else {}
-    return read(parts["file"], job.max_points, job.max_json_points), beside
+    return read(parts["file"], job.limits), beside

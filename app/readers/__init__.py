@@ -8,6 +8,7 @@ from pathlib import Path
 from app.readers.cloud import Cloud
 from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
 from app.readers.json_points import read_json
+from app.readers.limits import UNLIMITED, Limits
 from app.readers.npy import read_npy
 from app.readers.ply import read_ply
 from app.readers.text import read_text
@@ -16,6 +17,7 @@ __all__ = [
     "Cloud",
     "FieldError",
     "InvalidPointsError",
+    "Limits",
     "TooLargeError",
     "UnreadableFileError",
     "read",
@@ -40,10 +42,11 @@ _UNSUPPORTED = {
 }
 
 
-def read(
-    data: bytes | memoryview, max_points: int | None = None, max_json_points: int | None = None
-) -> Cloud:
+def read(data: bytes | memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
     """Read a cloud of any known format: CSV, XYZ, TXT, NPY, PLY, or JSON with `points`.
+
+    `labels` names the column that tells segments apart; with `AUTO_LABELS` one of the usual names is looked
+    for, and may be missing; with None none is read.
 
     Raises `UnreadableFileError`, or of its kinds `InvalidPointsError` and `TooLargeError`.
     """
@@ -51,17 +54,17 @@ def read(
     start = bytes(view[:16])
     for signature, reader in _SIGNATURES.items():
         if start.startswith(signature):
-            return reader(view, max_points)
+            return reader(view, limits, labels)
     for signature, name in _UNSUPPORTED.items():
         if start.startswith(signature):
             raise UnreadableFileError(
                 "file", f"the file is {name}; CSV, XYZ, TXT, NPY, PLY and JSON are read"
             )
     if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
-        return read_json(view, max_json_points)
-    return read_text(view, max_points)
+        return read_json(view, limits)
+    return read_text(view, limits, labels)
 
 
-def read_file(path: str | Path, max_points: int | None = None) -> Cloud:
+def read_file(path: str | Path, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
     """Read a cloud from a file; `OSError` where it cannot be opened."""
-    return read(Path(path).read_bytes(), max_points)
+    return read(Path(path).read_bytes(), limits, labels)

@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.readers.errors import SHOWN, FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
+from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 
 Array = NDArray[np.float64]
 
@@ -20,6 +20,8 @@ _ALIASES = {
     "ny": ("ny", "normal_y", "normaly", "normals:1", "normals_1"),
     "nz": ("nz", "normal_z", "normalz", "normals:2", "normals_2"),
 }
+AUTO_LABELS = "auto"
+_LABELS = ("label", "labels", "segment", "segment_id", "segments", "instance", "instance_id", "instances")
 _NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in aliases}
 
 
@@ -28,7 +30,8 @@ class Cloud:
     """Points (N, 3) float64, the columns they were read from, unit normals (N, 3) or None, and the format.
 
     `options`, and `weights` or `standard_deviations` (N,), stood beside the points: JSON may hold them. The
-    options are not checked yet, and of the others only that they are numbers.
+    options are not checked yet, and of the others only that they are numbers. `labels` (N,), integers or
+    strings, tell the segments of a scan apart; `label_column` is the name of their column in the file.
     """
 
     points: Array
@@ -38,15 +41,22 @@ class Cloud:
     options: Mapping[str, Any] = field(default_factory=dict)
     weights: Array | None = None
     standard_deviations: Array | None = None
+    labels: NDArray[Any] | None = None
+    label_column: str | None = None
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Positions of x, y, z and, where present, nx, ny, nz in a table, and their names in the file."""
+    """Positions of x, y, z and, where present, nx, ny, nz in a table, and their names in the file.
+
+    `label` and `label_name` are those of the column of labels, where it is asked for and there.
+    """
 
     names: tuple[str, ...]
     points: tuple[int, ...]
     normals: tuple[int, ...] = ()
+    label: int | None = None
+    label_name: str | None = None
 
     @property
     def used(self) -> tuple[int, ...]:
@@ -54,17 +64,40 @@ class Columns:
 
     def packed(self) -> "Columns":
         """The same columns in a table that holds only the used ones, in their order."""
-        return Columns(self.names, (0, 1, 2), (3, 4, 5) if self.normals else ())
+        return replace(self, points=(0, 1, 2), normals=(3, 4, 5) if self.normals else ())
 
 
 def canonical(name: str) -> str | None:
     """Which of x, y, z, nx, ny, nz a column name means: `X [mm]`, `//X` and `point_x` all mean x."""
+    return _NAME_OF.get(_bare(name))
+
+
+def _bare(name: str) -> str:
     bare = re.sub(r"[\[(].*$", "", name.strip().strip("\"'").lstrip("/#").strip()).strip().lower()
-    return _NAME_OF.get(bare.replace(" ", "_"))
+    return bare.replace(" ", "_")
 
 
-def find_columns(names: Sequence[str]) -> Columns:
-    """Pick the coordinate and normal columns of a table by name."""
+def find_label(names: Sequence[str], wanted: str | None) -> int | None:
+    """The position of the column of labels: the wanted one by its name, or one of the usual names.
+
+    Raises `UnreadableFileError` where no column has the wanted name, or several may be meant.
+    """
+    if wanted is None:
+        return None
+    if wanted == AUTO_LABELS:
+        found = [i for i, name in enumerate(names) if _bare(name) in _LABELS]
+    else:
+        found = [i for i, name in enumerate(names) if name.strip() == wanted]
+        found = found or [i for i, name in enumerate(names) if _bare(name) == _bare(wanted)]
+        if not found:
+            raise UnreadableFileError("labels", f"no column of this name among {len(names)}", wanted[:40])
+    if len(found) > 1:
+        raise UnreadableFileError("labels", f"{len(found)} columns may be the labels; name one of them")
+    return found[0] if found else None
+
+
+def find_columns(names: Sequence[str], labels: str | None = None) -> Columns:
+    """Pick the coordinate and normal columns of a table by name, and the labels as `find_label` does."""
     places: dict[str, list[int]] = {}
     for index, name in enumerate(names):
         meaning = canonical(name)
@@ -83,7 +116,10 @@ def find_columns(names: Sequence[str]) -> Columns:
     if all(name in places for name in ("nx", "ny", "nz")):
         wanted += ["nx", "ny", "nz"]
     indices = [places[name][0] for name in wanted]
-    return Columns(tuple(names[i].strip()[:40] for i in indices), tuple(indices[:3]), tuple(indices[3:]))
+    used = tuple(names[i].strip()[:40] for i in indices)
+    label = find_label(names, labels)
+    label_name = None if label is None else names[label].strip()[:40]
+    return Columns(used, tuple(indices[:3]), tuple(indices[3:]), label, label_name)
 
 
 def count_columns(width: int) -> Columns:
@@ -93,19 +129,16 @@ def count_columns(width: int) -> Columns:
     return Columns(("x", "y", "z"), (0, 1, 2))
 
 
-def check_count(n_points: int, limit: int | None, field: str = "file") -> None:
-    """Raise `TooLargeError` when a cloud holds more points than the limit."""
-    if limit is not None and n_points > limit:
-        raise TooLargeError(field, f"{n_points} points; the limit is {limit}", f"{n_points} points")
+def build_cloud(table: Array, columns: Columns, format: str, labels: NDArray[Any] | None = None) -> Cloud:
+    """Cut points and normals out of a table (N, C) and check that every coordinate is finite.
 
-
-def build_cloud(table: Array, columns: Columns, format: str) -> Cloud:
-    """Cut points and normals out of a table (N, C) and check that every coordinate is finite."""
+    `labels` (N,) are those of the column `columns.label`, which may be no numbers.
+    """
     points = np.ascontiguousarray(table[:, columns.points], dtype=np.float64)
     check_finite(points)
     normals = _unit(table[:, columns.normals]) if columns.normals else None
     names = columns.names if normals is not None else columns.names[:3]
-    return Cloud(points, names, normals, format)
+    return Cloud(points, names, normals, format, labels=labels, label_column=columns.label_name)
 
 
 def check_finite(points: Array) -> None:

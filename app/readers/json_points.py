@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import orjson
 
-from app.readers.cloud import Array, Cloud, check_count
+from app.readers.cloud import Array, Cloud
 from app.readers.errors import (
     SHOWN,
     FieldError,
@@ -16,6 +16,7 @@ from app.readers.errors import (
     UnreadableFileError,
     describe,
 )
+from app.readers.limits import UNLIMITED, Limits
 
 _TOKEN = re.compile(r'[\[\]{},:]|"[^"\\]*(?:\\.[^"\\]*)*"')
 _NOT_FINITE = re.compile(r"(?P<nan>-?nan)|(?P<inf>[-+]?inf)", re.IGNORECASE)
@@ -25,11 +26,11 @@ _FIELDS = ("points", *_PER_POINT, "options")
 _NUMBER = re.compile(r"[-+]?\d[\d.eE+-]*")
 
 
-def read_json(data: memoryview, max_points: int | None = None) -> Cloud:
+def read_json(data: memoryview, limits: Limits = UNLIMITED) -> Cloud:
     """Read a JSON request: the points, what stands beside them, and the options as they are (unchecked)."""
     body = bytes(data).removeprefix(b"\xef\xbb\xbf")
-    if max_points is not None:
-        _check_size(body, max_points)
+    if limits.json_points is not None:
+        _check_size(body, limits.json_points)
     document = _parse(body)
     if not isinstance(document, dict):
         raise UnreadableFileError("body", 'the body must be an object {"points": [...]}', describe(document))
@@ -44,8 +45,8 @@ def read_json(data: memoryview, max_points: int | None = None) -> Cloud:
     if not isinstance(options, dict):
         raise UnreadableFileError("options", "options must be an object", describe(options))
     _refuse_twice(body, [*document, *options])
-    points = to_points(document["points"], max_points)
-    beside = {
+    points = to_points(document["points"], limits)
+    beside: dict[str, Any] = {
         name: _to_numbers(name, document[name]) for name in _PER_POINT if document.get(name) is not None
     }
     return Cloud(points, ("x", "y", "z", *beside), None, "json", options, **beside)
@@ -68,11 +69,11 @@ def _refuse_twice(body: bytes, names: list[str]) -> None:
             raise UnreadableFileError(name[:40], "given more than once")
 
 
-def to_points(rows: object, max_points: int | None = None) -> Array:
+def to_points(rows: object, limits: Limits = UNLIMITED) -> Array:
     """Rows [x, y, z] as an array (N, 3); what is not three numbers is named."""
     if not isinstance(rows, list):
         raise InvalidPointsError("points", "points must be an array of [x, y, z]", describe(rows))
-    check_count(len(rows), max_points, "points")
+    Limits(limits.json_points).check_points(len(rows), "points")
     if set(map(type, rows)) <= {list} and set(map(len, rows)) <= {3}:
         values = list(chain.from_iterable(rows))
         if set(map(type, values)) <= {int, float}:

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.lib import format as npy_format
 
-from app.readers.cloud import Cloud, build_cloud, check_count, count_columns, find_columns
+from app.readers.cloud import Cloud, build_cloud, count_columns, find_columns
 from app.readers.errors import InvalidPointsError, UnreadableFileError
+from app.readers.limits import UNLIMITED, Limits
 
 _HEADER_LIMIT = 64 * 1024
 
 
-def read_npy(data: memoryview, max_points: int | None = None) -> Cloud:
+def read_npy(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
     """Read an NPY file whose header agrees with the bytes behind it."""
     shape, fortran, dtype, start = _header(data)
     names = dtype.names
@@ -28,7 +29,7 @@ def read_npy(data: memoryview, max_points: int | None = None) -> Cloud:
             )
     elif len(shape) != 1:
         raise InvalidPointsError("shape", f"structured array of shape {_text(shape)}; points are (N,)")
-    check_count(shape[0], max_points)
+    limits.check_points(shape[0])
     needed = math.prod(shape) * dtype.itemsize
     if needed != len(data) - start:
         raise UnreadableFileError(

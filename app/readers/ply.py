@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from app.readers.cloud import Cloud, Columns, build_cloud, check_count, find_columns
+from app.readers.cloud import Cloud, Columns, build_cloud, find_columns
 from app.readers.errors import UnreadableFileError
+from app.readers.limits import UNLIMITED, Limits
 
 _HEADER_LIMIT = 64 * 1024
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
@@ -33,7 +34,7 @@ class _Element:
     lists: list[str]
 
 
-def read_ply(data: memoryview, max_points: int | None = None) -> Cloud:
+def read_ply(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
     """Read the vertices of a PLY file."""
     order, elements, start = _header(data)
     names = [element.name for element in elements]
@@ -44,7 +45,7 @@ def read_ply(data: memoryview, max_points: int | None = None) -> Cloud:
         if element.lists:
             raise UnreadableFileError("header", "list properties in or before the vertices are not supported")
     columns = find_columns([name for name, _ in vertex.properties])
-    check_count(vertex.count, max_points)
+    limits.check_points(vertex.count)
     read = _read_binary if order else _read_ascii
     return build_cloud(read(data[start:], order, before, vertex, columns), columns.packed(), "ply")
 

@@ -12,11 +12,11 @@ from app.readers.cloud import (
     Columns,
     build_cloud,
     canonical,
-    check_count,
     count_columns,
     find_columns,
 )
 from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
+from app.readers.limits import UNLIMITED, Limits
 
 _SAMPLE = 20
 _LINE_LIMIT = 64 * 1024
@@ -35,21 +35,20 @@ class _Layout:
     columns: Columns
 
 
-def read_text(data: memoryview, max_points: int | None = None) -> Cloud:
+def read_text(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
     """Read a text of one point a line."""
     text = bytes(data).removeprefix(b"\xef\xbb\xbf")
     if b"\n" not in text:
         text = text.replace(b"\r", b"\n")
     if b"\0" in text:
         raise UnreadableFileError("file", "neither text nor a format that is known (CSV, XYZ, TXT, NPY, PLY)")
-    if max_points is not None:
-        check_count(text.count(b"\n") // 2 - 1000, max_points)
+    limits.check_points(text.count(b"\n") // 2 - 1000)
     layout = _look(text)
     try:
         table = _load(text, layout)
     except ValueError:
         raise _explain(text, layout) from None
-    check_count(len(table), max_points)
+    limits.check_points(len(table))
     return build_cloud(table, layout.columns.packed(), "text")
 
 

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from app.readers import InvalidPointsError, TooLargeError, UnreadableFileError, read_json
+from app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, read_json
 
 
 def _points(rows: str) -> bytes:
@@ -59,7 +59,7 @@ def test_what_is_not_a_cloud_is_refused_and_the_place_named(
     body: bytes, field: str | None, value: str | None
 ) -> None:
     with pytest.raises(UnreadableFileError) as caught:
-        read_json(memoryview(body), 200_000)
+        read_json(memoryview(body), Limits(json_points=200_000))
     if field is not None:
         assert caught.value.errors[0].field == field
     if value is not None:
@@ -87,7 +87,7 @@ def test_a_hundred_thousand_bad_rows_are_refused_at_once(row: bytes) -> None:
     body = b'{"points": [' + b",".join([row] * 100_000) + b"]}"
     start = time.perf_counter()
     with pytest.raises(UnreadableFileError, match="100000 of 100000") as caught:
-        read_json(memoryview(body), 200_000)
+        read_json(memoryview(body), Limits(json_points=200_000))
     assert time.perf_counter() - start < 1.0
     assert len(caught.value.errors) == 20
 
@@ -97,12 +97,12 @@ def test_more_than_the_limit_is_refused_before_it_is_built(item: bytes) -> None:
     body = b'{"points": [' + b",".join([item] * 5_000_000) + b"]}"
     start = time.perf_counter()
     with pytest.raises(TooLargeError, match="limit is 200000 points"):
-        read_json(memoryview(body), 200_000)
+        read_json(memoryview(body), Limits(json_points=200_000))
     assert time.perf_counter() - start < 1.0
 
 
 def test_one_point_over_the_limit_is_refused() -> None:
     body = b'{"points": [[1, 2, 3], [4, 5, 6], [7, 8, 9]]}'
-    assert len(read_json(memoryview(body), 3).points) == 3
+    assert len(read_json(memoryview(body), Limits(json_points=3)).points) == 3
     with pytest.raises(TooLargeError, match="3 points; the limit is 2"):
-        read_json(memoryview(body), 2)
+        read_json(memoryview(body), Limits(json_points=2))

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.readers import InvalidPointsError, TooLargeError, UnreadableFileError, read
+from app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, read
 
 POINTS = np.random.default_rng(3).normal(size=(50, 3)) * 100.0 + [1e6, -2e6, 3.0]
 
@@ -178,7 +178,7 @@ BROKEN = {
 @pytest.mark.parametrize(("data", "field"), BROKEN.values(), ids=BROKEN)
 def test_broken_input_is_refused_and_the_place_named(data: bytes, field: str) -> None:
     with pytest.raises(UnreadableFileError) as caught:
-        read(data, max_points=10**31)
+        read(data, limits=Limits(points=10**31))
     assert caught.value.field == field
 
 
@@ -189,7 +189,7 @@ def test_broken_input_is_refused_and_the_place_named(data: bytes, field: str) ->
 )
 def test_too_many_points_are_refused(data: bytes) -> None:
     with pytest.raises(TooLargeError, match="limit is 49"):
-        read(data, max_points=49)
+        read(data, limits=Limits(points=49))
 
 
 def test_at_most_twenty_errors_are_kept_and_all_are_counted() -> None:
@@ -219,7 +219,7 @@ def test_mutated_files_are_read_or_refused_and_never_crash(data: st.DataObject) 
         letters = st.text("0123456789-+e., \n#ply", max_size=20).map(str.encode)
         whole[start:end] = data.draw(st.binary(max_size=20) | letters)
     with suppress(UnreadableFileError):
-        assert np.isfinite(read(bytes(whole), max_points=1000).points).all()
+        assert np.isfinite(read(bytes(whole), limits=Limits(points=1000)).points).all()
 
 
 def test_npy_of_python_2_is_read_without_a_warning() -> None:
