@@ -10,6 +10,7 @@ from fitting.geometry import Array
 from fitting.noise import rounding_of
 from fitting.normalize import Frame
 from fitting.normals import local_planes
+from fitting.order import canonical_order, canonical_sample
 from fitting.weights import factors_of
 
 WORKING_POINTS = 20_000
@@ -90,19 +91,24 @@ class Cloud:
             normals = None if normals is None else normals[counted]
         if factors is not None and np.all(factors == factors[0]):
             factors = None
+        if len(checked) <= WORKING_POINTS:
+            order = canonical_order(checked)
+            checked = checked[order]
+            normals = None if normals is None else normals[order]
+            factors = None if factors is None else factors[order]
         frame = Frame.of(checked)
         normalized = frame.normalize(checked)
         rounding = rounding_of(checked)
         tolerance = rounding.size / frame.scale
         working, given, working_factors = normalized, normals, factors
         if len(normalized) > WORKING_POINTS:
-            chosen = np.sort(rng.choice(len(normalized), WORKING_POINTS, replace=False))
+            chosen = canonical_sample(checked, WORKING_POINTS, rng)
             working = normalized[chosen]
             given = None if normals is None else normals[chosen]
             working_factors = None if factors is None else factors[chosen]
         elif is_repetitive(normalized, rng) and factors is None:
-            working, kept = np.unique(normalized, axis=0, return_index=True)
-            given = None if normals is None else normals[kept]
+            kept = np.sort(np.unique(normalized, axis=0, return_index=True)[1])
+            working, given = normalized[kept], None if normals is None else normals[kept]
         spread = np.linalg.svd(working - working.mean(axis=0), compute_uv=False) / np.sqrt(len(working))
         if spread[1] <= max(FLAT * spread[0], 2.0 * tolerance):
             raise InvalidPointCloudError(

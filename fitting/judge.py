@@ -31,6 +31,10 @@ SMALLEST_INLIER_SHARE = 0.35
 LARGEST_SECOND_SURFACE = 0.22
 """Share of the points that may be rejected and lie on a surface of their own."""
 
+MANY_REJECTED = 0.3
+LARGEST_FLAT_SHARE = 0.12
+"""Where more than this share of the points is rejected, more than that share of those must not be on one."""
+
 FLAT = 0.4
 FLAT_NEIGHBOURS = 12
 """A rejected point lies on a surface where it and its neighbours among the rejected scatter about their plane
@@ -53,10 +57,14 @@ this, or the product of its excess and its trend must be smaller than that.
 
 Correlated noise shows the one or the other, a wrong shape mostly both."""
 
-HUGE_EXCESS = 20.0
+LARGE_EXCESS = 5.0
+LITTLE_STRUCTURE = 0.08
+"""From this excess on the structure must be less: noise that smooth is rare."""
+
+HUGE_EXCESS = 7.0
 COARSE = 0.01
-"""Noise so many times as large as that of neighbours, and beyond this share of the diagonal, is a wrong
-shape, whatever it shows: noise is not that smooth, and a tessellation not that coarse."""
+"""Noise so many times as large as that of neighbours, beyond this share of the diagonal, and with more than
+that little structure, is a wrong shape, whatever its trend: noise is not that smooth."""
 
 LARGEST_SCATTER = 0.04
 """Noise beyond this share of the diagonal is a volume rather than a surface.
@@ -252,6 +260,13 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, only: bool)
             f"{evidence.second_surface:.0%} of the points are far from it and form a surface of their own"
         )
         return Verdict(Standing.REFUSED, f"{second} (at most {LARGEST_SECOND_SURFACE:.0%})")
+    rejected = 1.0 - share
+    if rejected > MANY_REJECTED and evidence.second_surface > LARGEST_FLAT_SHARE * rejected:
+        flat = evidence.second_surface / rejected
+        return Verdict(
+            Standing.REFUSED,
+            f"{rejected:.0%} of the points are far from it, of which {flat:.0%} form a surface of their own",
+        )
     if max_error is not None:
         return _by_threshold(evidence.mean_inlier_distance / cloud.diagonal, max_error)
     if evidence.exact.all():
@@ -313,9 +328,10 @@ def _by_noise(evidence: Evidence, cloud: Cloud) -> Verdict:
     if evidence.noise_scale > most * cloud.diagonal:
         return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {most:.2e})")
     excess = evidence.noise_scale / max(cloud.local_noise, ROUNDING_NOISE * cloud.tolerance)
-    structured = evidence.structure > EXCESS_STRUCTURE and excess * evidence.trend > EXCESS_TREND
-    huge = excess > HUGE_EXCESS and evidence.noise_scale > COARSE * cloud.diagonal
-    if huge or (structured and excess > LARGEST_EXCESS):
+    allowed = LITTLE_STRUCTURE if excess > LARGE_EXCESS else EXCESS_STRUCTURE
+    structured = excess > LARGEST_EXCESS and evidence.structure > allowed
+    coarse = excess > HUGE_EXCESS and evidence.noise_scale > COARSE * cloud.diagonal
+    if structured and (coarse or excess * evidence.trend > EXCESS_TREND):
         return Verdict(
             Standing.SUSPECT,
             f"the shape is systematically off: {spread}, and {excess:.1f} times that of neighbours "

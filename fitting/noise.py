@@ -32,12 +32,18 @@ From the median alone, more than half of outliers pass for wide noise."""
 LEAST_OUTLIERS, MOST_OUTLIERS = 1e-4, 0.7
 """Bounds of the share of outliers in a mixture: at 0 a single outlier would have no likelihood at all."""
 
+HEAVY = 2.0
+"""Standard errors by which the kurtosis of noise with heavy tails is above that of normal noise."""
+
 PEAK = 2.0
 """Standard deviations by which a peak must stand out."""
 
 TRIM = 2.5
 TRIMMED_DEVIATION = 0.9545975
 """Standard deviation of a unit normal variable cut at +-TRIM."""
+
+TRIM_ROUNDS = 50
+"""Rounds of trimming at most."""
 
 
 @dataclass(frozen=True)
@@ -85,13 +91,13 @@ def trimmed_scale(distance: Array) -> float:
     changes nothing, corrected to be consistent for a normal distribution.
     """
     scale = 1.4826 * float(np.median(distance))
-    for _ in range(20):
+    for _ in range(TRIM_ROUNDS):
         core = distance[distance <= TRIM * scale]
         if len(core) == 0 or scale == 0.0:
             return scale
         new_scale = float(np.sqrt(np.mean(core**2))) / TRIMMED_DEVIATION
-        if abs(new_scale - scale) <= 1e-3 * scale:
-            return new_scale
+        if new_scale == scale:
+            break
         scale = new_scale
     return scale
 
@@ -126,6 +132,21 @@ def is_peaked(distance: Array, dof: int) -> bool:
     inside = int(np.count_nonzero(absolute <= near))
     around = int(np.count_nonzero(absolute <= 3.0 * near)) - inside
     return inside - around / 2.0 > PEAK * np.sqrt(inside + around / 4.0 + 1.0)
+
+
+def is_normal(distance: Array, largest: float) -> bool:
+    """Whether the tails of distances (N,) are no heavier than normal ones, and none is beyond the largest.
+
+    Heavier is a kurtosis that is `HEAVY` standard errors, each sqrt(24 / N), above 3, as that of noise whose
+    scale differs from point to point.
+    Source: Fisher, "The moments of the distribution for normal samples", Proc. R. Soc. A 130, 1930.
+    """
+    squared = distance**2
+    mean = float(squared.mean())
+    if mean == 0.0 or squared.max() > largest**2:
+        return False
+    kurtosis = float(np.mean(squared**2)) / mean**2
+    return kurtosis <= 3.0 + HEAVY * float(np.sqrt(24.0 / len(squared)))
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,17 @@ from fitting.config import FITTING_KINDS
 from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.criteria import FINISHERS, cheapest_minimum
 from fitting.geometry import TINY, Array
-from fitting.kernels import Kernel
+from fitting.kernels import CUTOFF, Kernel
 from fitting.limits import Limits, moved
-from fitting.noise import TRIM, TRIMMED_DEVIATION, NoiseModel, exact_points, is_peaked, trimmed_scale
+from fitting.noise import (
+    TRIM,
+    TRIMMED_DEVIATION,
+    NoiseModel,
+    exact_points,
+    is_normal,
+    is_peaked,
+    trimmed_scale,
+)
 from fitting.primitives import KINDS, PRIMITIVES, Primitive
 from fitting.refine import CODES, refine, settle
 from fitting.result import FailedFit
@@ -50,8 +58,11 @@ ENOUGH_EXACT = 0.3
 UNEXPLAINED = 2.0
 """The flattest part of the cloud is searched, too, where what is left over is this many times its noise."""
 
-MOST_ROUNDS = 5
-"""Rounds of choosing points or a scale and refining on them."""
+MOST_ROUNDS = 30
+"""Rounds of choosing points or a scale and refining on them ..."""
+
+AT_REST = 1e-9
+"""... which end when the scale changes by less than this, relatively: then the path to it has no say."""
 
 LOST = 0.04
 """Annealing towards an exact subset ends when less than this share of the points is within its scale."""
@@ -306,7 +317,10 @@ def _polish_exact(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> 
 
 
 def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> Primitive:
-    """A biweight at the scale of the noise: on the working points until both agree, then on all points."""
+    """A biweight at the scale of the noise: on the working points until both agree, then on all points.
+
+    Where the noise is normal, and nothing is to be rejected, least squares in the end.
+    """
     scale, factors = 0.0, cloud.working_factors
     for _ in range(MOST_ROUNDS):
         residual = primitive.signed_distance(cloud.working)
@@ -315,10 +329,13 @@ def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> 
         primitive = refine(
             primitive, cloud.working, Kernel.TUKEY, scale, factors=factors, limits=limits
         ).primitive
-        if abs(scale - before) <= 1e-3 * scale:
+        if abs(scale - before) <= AT_REST * scale:
             break
-    if len(cloud.points) == len(cloud.working):
-        return primitive
-    return refine(
-        primitive, cloud.points, Kernel.TUKEY, scale, factors=cloud.factors, limits=limits
-    ).primitive
+    residual = primitive.signed_distance(cloud.working)
+    normal = is_normal(residual if factors is None else factors * residual, CUTOFF * scale)
+    if normal or len(cloud.points) > len(cloud.working):
+        kernel = Kernel.LEAST_SQUARES if normal else Kernel.TUKEY
+        primitive = refine(
+            primitive, cloud.points, kernel, scale, factors=cloud.factors, limits=limits
+        ).primitive
+    return primitive

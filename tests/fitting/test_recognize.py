@@ -1,6 +1,7 @@
 """The pipeline from points to an answer: right kinds, backtracking, refusals, and input that is no cloud."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from fitting.errors import InvalidOptionError, InvalidPointCloudError
 from fitting.primitives import KINDS, Cylinder, Primitive, parameters
 from fitting.recognize import recognize
 from fitting.result import Recognition
+from synthetic import RECIPES, cloud
 from synthetic.shrec import SyntheticCloud, batch
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
 
@@ -331,6 +333,14 @@ def test_a_surface_of_its_own_among_the_rejected_is_no_primitive(share: float) -
         ]
     )
     assert recognize(corner + rng.normal(0.0, 0.002, corner.shape)).status == "no_fit"
+
+
+def test_foreign_shapes_are_nothing_and_scans_are() -> None:
+    """Six shapes that are none of the kinds, in turn, and scans of those that are; all kinds are tried."""
+    foreign = [cloud(replace(RECIPES["foreign"], seed=91), i).points for i in range(36)]
+    scans = [cloud(replace(RECIPES["scanner"], seed=91), i).points for i in range(20)]
+    assert sum(recognize(points).status == "no_fit" for points in foreign) >= 33
+    assert sum(recognize(points).status == "no_fit" for points in scans) <= 1
 
 
 def test_half_of_gross_outliers_do_not_hide_a_torus() -> None:

@@ -1,0 +1,73 @@
+"""What is drawn from a cloud, and so its answer, does not depend on how its points are listed."""
+
+import numpy as np
+import pytest
+
+from fitting.order import canonical_order, canonical_sample
+from fitting.primitives import KINDS, parameters
+from fitting.recognize import recognize
+from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
+
+GRID = np.stack(np.meshgrid(*[np.arange(-4.0, 5.0)] * 3), axis=-1).reshape(-1, 3)
+CLOUDS = pytest.mark.parametrize(
+    "points", [noisy(EXAMPLES["torus"], 900, 0.02), GRID], ids=["noisy torus", "symmetric grid"]
+)
+
+
+def shuffled(points: np.ndarray, seed: int = 5) -> np.ndarray:
+    return points[np.random.default_rng(seed).permutation(len(points))]
+
+
+@CLOUDS
+def test_any_listing_is_put_in_the_same_order(points: np.ndarray) -> None:
+    other = shuffled(points)
+    np.testing.assert_array_equal(points[canonical_order(points)], other[canonical_order(other)])
+
+
+def test_turned_and_moved_points_are_put_in_the_same_order() -> None:
+    points = noisy(EXAMPLES["torus"], 900, 0.02)
+    moved = 3.0 * points @ rotation(2).T + 40.0
+    np.testing.assert_array_equal(canonical_order(points), canonical_order(moved))
+
+
+@CLOUDS
+def test_any_listing_gives_the_same_sample(points: np.ndarray) -> None:
+    other = shuffled(points)
+    one, two = (each[canonical_sample(each, 100, np.random.default_rng(8))] for each in (points, other))
+    np.testing.assert_array_equal(one, two)
+    assert len(np.unique(one, axis=0)) == 100
+
+
+def test_another_seed_gives_another_sample_and_all_parts_are_drawn_alike() -> None:
+    points = np.random.default_rng(0).normal(size=(20_000, 3))
+    one, two = (canonical_sample(points, 5000, np.random.default_rng(seed)) for seed in (1, 2))
+    assert 1000 < len(np.intersect1d(one, two)) < 1500, "a quarter of a quarter would be 1250"
+    quarters = np.searchsorted(np.quantile(points[:, 0], [0.25, 0.5, 0.75]), points[one, 0])
+    assert np.bincount(quarters) == pytest.approx(1250, abs=150)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_any_listing_gives_the_same_answer_to_the_last_bit(kind: str) -> None:
+    points = noisy(EXAMPLES[kind], 1200, 0.01)
+    one, two = (recognize(each).primitive for each in (points, shuffled(points)))
+    assert one is not None and two is not None
+    assert parameters(one) == parameters(two)
+
+
+def test_normals_and_weights_follow_their_points() -> None:
+    points = noisy(EXAMPLES["cylinder"], 900, 0.01)
+    normals = EXAMPLES["cylinder"].gradient(points)
+    weights = np.random.default_rng(1).uniform(0.5, 2.0, len(points))
+    order = np.random.default_rng(5).permutation(len(points))
+    one = recognize(points, normals=normals, weights=weights).primitive
+    two = recognize(points[order], normals=normals[order], weights=weights[order]).primitive
+    assert one is not None and two is not None
+    assert parameters(one) == parameters(two)
+
+
+def test_a_listing_of_a_large_cloud_does_not_show() -> None:
+    """Over 20,000 points a sample is searched; sums over all points round differently."""
+    points = sample(EXAMPLES["sphere"], 30_000) + np.random.default_rng(3).normal(0.0, 0.01, (30_000, 3))
+    one, two = (recognize(each).primitive for each in (points, shuffled(points)))
+    assert one is not None and two is not None
+    assert np.abs(one.signed_distance(points) - two.signed_distance(points)).max() < 1e-12
