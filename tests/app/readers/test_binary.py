@@ -3,13 +3,16 @@
 import io
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import laspy
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from app.readers import UnreadableFileError, read
+from app.readers import Limits, UnreadableFileError, read
 from tests.app.readers.written import GRID, OFFSET, POINTS, STEP, e57, las, laz, npy, npz, pcd, ply, records
 
 LABELS = np.arange(len(POINTS)) // 7
@@ -264,3 +267,25 @@ def test_a_missing_pye57_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pye57", None)
     with pytest.raises(UnreadableFileError, match="extra e57, which is missing here"):
         read(e57(POINTS))
+
+
+MUTATED = [
+    npz(points=POINTS),
+    pcd(POINTS),
+    pcd(POINTS, "binary_compressed"),
+    las(),
+    laz(),
+    laz(version="1.2", format=3),
+]
+
+
+@settings(max_examples=200, deadline=None)
+@given(data=st.data())
+def test_mutated_files_are_read_or_refused_and_never_crash(data: st.DataObject) -> None:
+    whole = bytearray(data.draw(st.sampled_from(MUTATED)))
+    for _ in range(data.draw(st.integers(1, 4))):
+        start = data.draw(st.integers(0, len(whole)))
+        end = start + data.draw(st.integers(0, 20))
+        whole[start:end] = data.draw(st.binary(max_size=20) | st.just(b"\xff" * 8))
+    with suppress(UnreadableFileError):
+        assert np.isfinite(read(bytes(whole), Limits(points=1000, unpacked_bytes=2**20)).points).all()
