@@ -8,6 +8,7 @@ from pathlib import Path
 from app.readers.cloud import Cloud
 from app.readers.e57 import read_e57
 from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
+from app.readers.formats import FORMATS
 from app.readers.json_points import read_json
 from app.readers.las import read_las
 from app.readers.limits import UNLIMITED, Limits
@@ -29,21 +30,6 @@ __all__ = [
     "read_file",
     "read_json",
 ]
-
-FORMATS = {
-    "CSV": (".csv",),
-    "XYZ": (".xyz",),
-    "TXT": (".txt",),
-    "NPY": (".npy",),
-    "NPZ": (".npz",),
-    "PLY": (".ply",),
-    "PCD": (".pcd",),
-    "LAS": (".las",),
-    "LAZ": (".laz",),
-    "E57": (".e57",),
-    "JSON": (".json",),
-}
-"""The formats that are read, and the usual suffixes of their files."""
 
 _SIGNATURES = {
     b"\x93NUMPY": read_npy,

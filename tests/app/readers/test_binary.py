@@ -1,6 +1,7 @@
 """The binary formats give the points of the NPY array, and the normals and labels beside them."""
 
 import io
+import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -267,6 +268,15 @@ def test_a_missing_pye57_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pye57", None)
     with pytest.raises(UnreadableFileError, match="extra e57, which is missing here"):
         read(e57(POINTS))
+
+
+def test_libraries_are_imported_only_for_their_formats() -> None:
+    code = (
+        "import sys; from app.readers import read; read(b'1 2 3\\n')\n"
+        "print(sorted({'laspy', 'lazrs', 'lzf', 'pye57', 'scipy'} & sys.modules.keys()))"
+    )
+    command = [sys.executable, "-c", code]
+    assert subprocess.run(command, capture_output=True, check=True, text=True).stdout == "[]\n"
 
 
 MUTATED = [
