@@ -56,4 +56,5 @@ def _decode(data: memoryview, header: LasHeader, labels: str | None) -> Cloud:
         raise UnreadableFileError(
             "file", f"the header announces {header.n_points} points, {n_read} are there"
         )
-    return build_from(columns, lambda i: np.concatenate(parts[i] or [np.empty(0)]), "las")
+    format = "laz" if header.compressed else "las"
+    return build_from(columns, lambda i: np.concatenate(parts[i] or [np.empty(0)]), format)
