@@ -6,14 +6,20 @@ A new format is one file and one line in `_SIGNATURES`.
 from pathlib import Path
 
 from app.readers.cloud import Cloud
+from app.readers.e57 import read_e57
 from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
+from app.readers.formats import FORMATS
 from app.readers.json_points import read_json
+from app.readers.las import read_las
 from app.readers.limits import UNLIMITED, Limits
 from app.readers.npy import read_npy
+from app.readers.npz import read_npz
+from app.readers.pcd import read_pcd
 from app.readers.ply import read_ply
 from app.readers.text import read_text
 
 __all__ = [
+    "FORMATS",
     "Cloud",
     "FieldError",
     "InvalidPointsError",
@@ -25,14 +31,20 @@ __all__ = [
     "read_json",
 ]
 
-_SIGNATURES = {b"\x93NUMPY": read_npy, b"ply\n": read_ply, b"ply\r": read_ply}
+_SIGNATURES = {
+    b"\x93NUMPY": read_npy,
+    b"PK\x03\x04": read_npz,
+    b"PK\x05\x06": read_npz,
+    b"ply\n": read_ply,
+    b"ply\r": read_ply,
+    b"# .PCD": read_pcd,
+    b"VERSION ": read_pcd,
+    b"LASF": read_las,
+    b"ASTM-E57": read_e57,
+}
 _UNSUPPORTED = {
-    b"PK\x03\x04": "a ZIP archive (NPZ?)",
     b"\x1f\x8b": "compressed by gzip",
     b"\x28\xb5\x2f\xfd": "compressed by zstd",
-    b"LASF": "LAS or LAZ",
-    b"ASTM-E57": "E57",
-    b"# .PCD": "PCD",
     b"glTF": "GLB",
     b"\x80\x03": "a Python pickle",
     b"\x80\x04": "a Python pickle",
@@ -43,7 +55,7 @@ _UNSUPPORTED = {
 
 
 def read(data: bytes | memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
-    """Read a cloud of any known format: CSV, XYZ, TXT, NPY, PLY, or JSON with `points`.
+    """Read a cloud of any of the `FORMATS`.
 
     `labels` names the column that tells segments apart; with `AUTO_LABELS` one of the usual names is looked
     for, and may be missing; with None none is read.
@@ -57,9 +69,7 @@ def read(data: bytes | memoryview, limits: Limits = UNLIMITED, labels: str | Non
             return reader(view, limits, labels)
     for signature, name in _UNSUPPORTED.items():
         if start.startswith(signature):
-            raise UnreadableFileError(
-                "file", f"the file is {name}; CSV, XYZ, TXT, NPY, PLY and JSON are read"
-            )
+            raise UnreadableFileError("file", f"the file is {name}; what is read: {', '.join(FORMATS)}")
     if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
         return read_json(view, limits)
     return read_text(view, limits, labels)

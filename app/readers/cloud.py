@@ -1,7 +1,7 @@
 """A cloud as read: points, normals where the file has them, and where both were found."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -139,6 +139,41 @@ def build_cloud(table: Array, columns: Columns, format: str, labels: NDArray[Any
     normals = _unit(table[:, columns.normals]) if columns.normals else None
     names = columns.names if normals is not None else columns.names[:3]
     return Cloud(points, names, normals, format, labels=labels, label_column=columns.label_name)
+
+
+def build_from(columns: Columns, column: Callable[[int], NDArray[Any]], format: str) -> Cloud:
+    """The cloud of a table of which `column(i)` gives the values (N,) of the i-th column."""
+    names = zip(columns.used, columns.names, strict=True)
+    table = np.column_stack([_one_a_point(column(i), name) for i, name in names])
+    labels = None if columns.label is None else as_labels(column(columns.label))
+    return build_cloud(table, columns.packed(), format, labels)
+
+
+def _one_a_point(values: NDArray[Any], field: str) -> Array:
+    if values.ndim != 1:
+        raise InvalidPointsError(field, "the column holds several numbers a point", "array")
+    return as_float(values, field)
+
+
+def as_float(values: NDArray[Any], field: str) -> Array:
+    """Numbers as float64; what is no number is refused under the name of its field."""
+    if values.dtype.kind not in "fiu":
+        kind = f"dtype kind {values.dtype.kind}"
+        raise InvalidPointsError(field, "the array must hold floats or integers", kind)
+    with np.errstate(over="ignore"):
+        return values.astype(np.float64)
+
+
+def as_labels(values: NDArray[Any]) -> NDArray[np.int64]:
+    """Labels (N,) as int64; floats count where they hold whole numbers."""
+    if values.dtype.kind not in "fiu" or values.ndim != 1:
+        raise UnreadableFileError("labels", "labels must be integers, one a point")
+    with np.errstate(invalid="ignore"):
+        whole = (values == np.rint(values)) & (values >= -(2.0**63)) & (values < 2.0**63)
+    if not whole.all():
+        bad = int(np.argmin(whole))
+        raise UnreadableFileError(f"labels[{bad}]", "labels must be integers of at most 64 bits", "number")
+    return values.astype(np.int64)
 
 
 def check_finite(points: Array) -> None:

@@ -3,73 +3,106 @@
 import io
 import math
 import warnings
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.lib import format as npy_format
 
-from app.readers.cloud import Cloud, build_cloud, count_columns, find_columns
+from app.readers.cloud import (
+    Cloud,
+    as_float,
+    build_cloud,
+    build_from,
+    count_columns,
+    find_columns,
+    find_label,
+)
 from app.readers.errors import InvalidPointsError, UnreadableFileError
 from app.readers.limits import UNLIMITED, Limits
 
-_HEADER_LIMIT = 64 * 1024
+HEADER_LIMIT = 64 * 1024
+
+
+@dataclass(frozen=True)
+class ArrayHeader:
+    """What an NPY header announces, and where the data behind it start."""
+
+    shape: tuple[int, ...]
+    fortran: bool
+    dtype: np.dtype[Any]
+    start: int
+
+    @property
+    def end(self) -> int:
+        """Bytes of the whole file, if the header is right."""
+        return self.start + math.prod(self.shape) * self.dtype.itemsize
+
+    def check(self, limits: Limits) -> None:
+        """Raise unless it announces numbers, and no more of them than points may be read."""
+        if self.dtype.hasobject:
+            message = "an array of Python objects; only numbers are read, never pickles"
+            raise UnreadableFileError("dtype", message)
+        if not self.dtype.itemsize:
+            raise UnreadableFileError("dtype", "elements of no bytes; points are floats or integers")
+        limits.check_points(self.shape[0] if self.shape else 1)
+
+    def check_points(self) -> None:
+        """Raise unless points may have this shape: (N, 3), wider, or (N,) records."""
+        if self.dtype.names is not None:
+            if len(self.shape) != 1:
+                raise self._misshapen("structured array", "(N,)")
+        elif len(self.shape) != 2 or self.shape[-1] < 3:
+            raise self._misshapen("array", "(N, 3)")
+        elif self.shape[0] == 3 < self.shape[1]:
+            raise self._misshapen("array", "(N, 3): transpose it")
+
+    def _misshapen(self, what: str, wanted: str) -> InvalidPointsError:
+        return InvalidPointsError("shape", f"{what} of shape {as_text(self.shape)}; points are {wanted}")
 
 
 def read_npy(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
     """Read an NPY file whose header agrees with the bytes behind it."""
-    shape, fortran, dtype, start = _header(data)
-    names = dtype.names
-    if names is None:
-        _check_numeric(dtype, "dtype")
-        if len(shape) != 2 or shape[-1] < 3:
-            raise InvalidPointsError("shape", f"array of shape {_text(shape)}; points are (N, 3)")
-        if shape[0] == 3 < shape[1]:
-            raise InvalidPointsError(
-                "shape", f"array of shape {_text(shape)}; points are (N, 3): transpose it"
-            )
-    elif len(shape) != 1:
-        raise InvalidPointsError("shape", f"structured array of shape {_text(shape)}; points are (N,)")
-    limits.check_points(shape[0])
-    needed = math.prod(shape) * dtype.itemsize
-    if needed != len(data) - start:
-        raise UnreadableFileError(
-            "file", f"the header announces {needed} bytes of data, {len(data) - start} are there"
-        )
-    array = np.frombuffer(data, dtype, offset=start).reshape(shape, order="F" if fortran else "C")
-    if names is None:
-        return build_cloud(_as_float(array[:, :3]), count_columns(shape[-1]), "npy")
-    columns = find_columns(names)
-    for index in columns.used:
-        _check_numeric(dtype[index], names[index][:40])
-    table = np.column_stack([_as_float(array[names[index]]) for index in columns.used])
-    return build_cloud(table, columns.packed(), "npy")
+    header = read_header(data)
+    header.check_points()
+    header.check(limits)
+    array = read_array(data, header)
+    if header.dtype.names is not None:
+        return read_records(array, "npy", labels)
+    find_label((), labels)  # its columns have no names: labels asked for by name are refused
+    return build_cloud(as_float(array[:, :3], "dtype"), count_columns(array.shape[1]), "npy")
 
 
-def _header(data: memoryview) -> tuple[tuple[int, ...], bool, np.dtype[Any], int]:
-    stream = io.BytesIO(data[: _HEADER_LIMIT + 12])
+def read_header(data: memoryview) -> ArrayHeader:
+    """Read the header of an NPY file, of which the first `HEADER_LIMIT + 12` bytes are enough."""
+    stream = io.BytesIO(data[: HEADER_LIMIT + 12])
     try:
         version = npy_format.read_magic(stream)
         read = {1: npy_format.read_array_header_1_0, 2: npy_format.read_array_header_2_0}[version[0]]
         with warnings.catch_warnings(action="ignore"):  # headers written by Python 2
-            shape, fortran, dtype = read(stream, max_header_size=_HEADER_LIMIT)
+            shape, fortran, dtype = read(stream, max_header_size=HEADER_LIMIT)
     except Exception as error:  # Python's own parser reads the header: it fails in many ways
         raise UnreadableFileError("file", "the NPY header cannot be read, or is over 64 KiB") from error
     if any(isinstance(side, bool) or side < 0 for side in shape):
         raise UnreadableFileError("shape", "the NPY header announces a negative length")
-    if dtype.hasobject:
-        raise UnreadableFileError("dtype", "an array of Python objects; only numbers are read, never pickles")
-    return shape, fortran, dtype, stream.tell()
+    return ArrayHeader(shape, fortran, dtype, stream.tell())
 
 
-def _check_numeric(dtype: np.dtype[Any], field: str) -> None:
-    if dtype.kind not in "fiu" or dtype.shape:
-        raise InvalidPointsError(field, "the array must hold floats or integers", f"dtype kind {dtype.kind}")
+def read_array(data: memoryview, header: ArrayHeader) -> np.ndarray:
+    """The array behind a checked header, as a view; exactly the bytes announced must be there."""
+    if header.end != len(data):
+        needed, there = header.end - header.start, len(data) - header.start
+        raise UnreadableFileError("file", f"the header announces {needed} bytes of data, {there} are there")
+    array = np.frombuffer(data, header.dtype, offset=header.start)
+    return array.reshape(header.shape, order="F" if header.fortran else "C")
 
 
-def _as_float(array: np.ndarray) -> np.ndarray:
-    with np.errstate(over="ignore"):
-        return array.astype(np.float64)
+def read_records(array: np.ndarray, format: str, labels: str | None) -> Cloud:
+    """The cloud of a structured array (N,), its fields found by name."""
+    names = array.dtype.names or ()
+    return build_from(find_columns(names, labels), lambda i: array[names[i]], format)
 
 
-def _text(shape: tuple[int, ...]) -> str:
+def as_text(shape: tuple[int, ...]) -> str:
+    """A shape for a message, however long it claims to be."""
     return f"({', '.join(f'{side:.6g}' if side > 10**9 else str(side) for side in shape[:6])})"

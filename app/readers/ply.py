@@ -1,97 +1,152 @@
-"""PLY, ascii and binary: the coordinates and normals of its vertices.
+"""PLY, ascii and binary: the coordinates, normals and labels of its vertices.
 
 Own reader, not a library's: the counts of the header are held against the bytes that are there before
 anything is allocated, and what follows the vertices (faces) is not parsed at all.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from io import BytesIO, TextIOWrapper
-from itertools import islice
+from itertools import accumulate, islice
 from typing import Any
 
 import numpy as np
 
-from app.readers.cloud import Cloud, Columns, build_cloud, find_columns
+from app.readers.cloud import Cloud, build_from, find_columns
 from app.readers.errors import UnreadableFileError
 from app.readers.limits import UNLIMITED, Limits
+from app.readers.rows import check_bytes, read_rows
 
 _HEADER_LIMIT = 64 * 1024
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-_TYPES = {
+_INTEGERS = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
     "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
-    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
+_TYPES = _INTEGERS | {"float": "f4", "float32": "f4", "double": "f8", "float64": "f8"}
+
+
+@dataclass(frozen=True)
+class _Property:
+    """One property of an element: its name, type and, for a list, the type of its length."""
+
+    name: str
+    kind: str
+    length_kind: str | None = None
 
 
 @dataclass(frozen=True)
 class _Element:
-    """One element of the header: its name, count, scalar properties (name, type), and names of its lists."""
+    """One element of the header: its name, how many rows it has, and what they hold."""
 
     name: str
     count: int
-    properties: list[tuple[str, str]]
-    lists: list[str]
+    properties: list[_Property]
+
+    def dtype(self, order: str, lengths: list[int]) -> np.dtype[Any]:
+        """A row as a record, `p0`, `p1`, ...; its lists of these lengths, which `n0`, ... repeat."""
+        fields: list[tuple[Any, ...]] = []
+        for i, (item, length) in enumerate(zip(self.properties, lengths, strict=True)):
+            if item.length_kind is None:
+                fields.append((f"p{i}", order + item.kind))
+            else:
+                fields += [(f"n{i}", order + item.length_kind), (f"p{i}", order + item.kind, (length,))]
+        return np.dtype(fields)
 
 
 def read_ply(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
-    """Read the vertices of a PLY file."""
+    """Read the vertices of a PLY file; lists may stand in or before them if all are of one length."""
     order, elements, start = _header(data)
     names = [element.name for element in elements]
     if "vertex" not in names:
         raise UnreadableFileError("header", "the PLY file has no element named vertex")
     before, vertex = elements[: names.index("vertex")], elements[names.index("vertex")]
-    for element in [*before, vertex]:
-        if element.lists:
-            raise UnreadableFileError("header", "list properties in or before the vertices are not supported")
-    columns = find_columns([name for name, _ in vertex.properties])
+    places = [i for i, item in enumerate(vertex.properties) if item.length_kind is None]
+    columns = find_columns([vertex.properties[i].name for i in places], labels)
     limits.check_points(vertex.count)
     read = _read_binary if order else _read_ascii
-    return build_cloud(read(data[start:], order, before, vertex, columns), columns.packed(), "ply")
+    column = read(data[start:], order, before, vertex, vertex is elements[-1])
+    return build_from(columns, lambda i: column(places[i]), "ply")
 
 
 def _read_binary(
-    data: memoryview, order: str, before: list[_Element], vertex: _Element, columns: Columns
-) -> np.ndarray:
-    skip = sum(element.count * _dtype(element, order).itemsize for element in before)
-    dtype = _dtype(vertex, order)
-    _check_bytes(skip + vertex.count * dtype.itemsize, len(data), vertex.count)
-    table = np.frombuffer(data, dtype, count=vertex.count, offset=skip)
-    return np.column_stack([table[f"p{i}"].astype(np.float64) for i in columns.used])
+    data: memoryview, order: str, before: list[_Element], vertex: _Element, last: bool
+) -> Callable[[int], np.ndarray]:
+    start = 0
+    for element in before:
+        if element.properties:
+            start += _rows(data[start:], element, order).nbytes
+    rows = _rows(data[start:], vertex, order)
+    left = len(data) - start - rows.nbytes
+    if last and left >= rows.itemsize:
+        raise UnreadableFileError("file", f"{left} bytes follow the {vertex.count} vertices announced")
+    return lambda i: rows[f"p{i}"]
 
 
 def _read_ascii(
-    data: memoryview, order: str, before: list[_Element], vertex: _Element, columns: Columns
-) -> np.ndarray:
+    data: memoryview, _: str, before: list[_Element], vertex: _Element, last: bool
+) -> Callable[[int], np.ndarray]:
     skip = sum(element.count for element in before)
-    width = len(vertex.properties)
-    _check_bytes(2 * (skip + vertex.count * width) - 1, len(data), vertex.count)
-    lines = islice(TextIOWrapper(BytesIO(data), "latin-1"), skip, skip + vertex.count)
-    if not vertex.count:
-        return np.empty((0, len(columns.used)))
-    try:
-        table = np.loadtxt(lines, np.float64, comments=None, ndmin=2)
-    except ValueError as error:
-        raise UnreadableFileError("vertex", f"a vertex is not a row of {width} numbers") from error
-    if table.shape != (vertex.count, width):
-        raise UnreadableFileError(
-            "vertex",
-            f"the header announces {vertex.count} vertices of {width} numbers, "
-            f"there are {len(table)} of {table.shape[1]}",
+    lengths = [0] * len(vertex.properties)
+    if any(item.length_kind for item in vertex.properties):
+        lengths = _lengths_in_text(
+            next(islice(TextIOWrapper(BytesIO(data), "latin-1"), skip, None), ""), vertex
         )
-    return table[:, columns.used]
+    lists = [i for i, item in enumerate(vertex.properties) if item.length_kind]
+    starts = [0, *accumulate(1 + length for length in lengths)]
+    table = read_rows(data, skip, vertex.count, starts[-1], "vertex", last)
+    if any((table[:, starts[i]] != lengths[i]).any() for i in lists):
+        raise _uneven()
+    return lambda i: table[:, starts[i]]
 
 
-def _check_bytes(needed: int, there: int, count: int) -> None:
-    if needed > there:
-        raise UnreadableFileError(
-            "file",
-            f"the header announces {count:.9g} vertices, which need {needed:.9g} bytes; {there} are there",
-        )
+def _lengths_in_text(line: str, element: _Element) -> list[int]:
+    """The lengths of the lists in a row, 0 for what is no list."""
+    words, lengths, place = line.split(), [], 0
+    for item in element.properties:
+        length = 0
+        if item.length_kind is not None:
+            word = words[place] if place < len(words) else ""
+            if not word.isdecimal() or len(word) > 9:
+                raise UnreadableFileError("vertex", "a list does not start with its length")
+            length = int(word)
+        lengths.append(length)
+        place += 1 + length
+    return lengths
 
 
-def _dtype(element: _Element, order: str) -> np.dtype[Any]:
-    return np.dtype([(f"p{i}", order + kind) for i, (_, kind) in enumerate(element.properties)])
+def _rows(data: memoryview, element: _Element, order: str) -> np.ndarray:
+    """The rows of an element (count,) as records, all of the size of the first one."""
+    lengths, size = _lengths(data, element, order) if element.count else ([0] * len(element.properties), 0)
+    check_bytes(element.count * size, len(data), element.count)
+    rows = np.ndarray(element.count, element.dtype(order, lengths), data)
+    lists = [i for i, item in enumerate(element.properties) if item.length_kind]
+    if any((rows[f"n{i}"] != lengths[i]).any() for i in lists):
+        raise _uneven()
+    return rows
+
+
+def _lengths(data: memoryview, element: _Element, order: str) -> tuple[list[int], int]:
+    """The lengths of the lists in the first row, 0 for what is no list, and the bytes of that row."""
+    lengths, size = [], 0
+    for item in element.properties:
+        length = 0
+        size += int((item.length_kind or item.kind)[1])
+        if item.length_kind is not None:
+            check_bytes(size, len(data), element.count)
+            start = size - int(item.length_kind[1])
+            length = int(np.ndarray((), order + item.length_kind, data, start))
+            if length < 0:
+                raise UnreadableFileError("file", "the PLY file holds a list of negative length")
+            size += length * int(item.kind[1])
+        lengths.append(length)
+    return lengths, size
+
+
+def _uneven() -> UnreadableFileError:
+    return UnreadableFileError(
+        "file", "lists of different lengths in or before the vertices are not supported"
+    )
 
 
 def _header(data: memoryview) -> tuple[str, list[_Element], int]:
@@ -108,11 +163,11 @@ def _header(data: memoryview) -> tuple[str, list[_Element], int]:
                 case ["format", name, _]:
                     order = _ORDERS[name]
                 case ["element", name, count] if count.isdecimal() and len(count) < 16:
-                    elements.append(_Element(name, int(count), [], []))
-                case ["property", "list", _, _, name]:
-                    elements[-1].lists.append(name)
+                    elements.append(_Element(name, int(count), []))
+                case ["property", "list", length, kind, name]:
+                    elements[-1].properties.append(_Property(name, _TYPES[kind], _INTEGERS[length]))
                 case ["property", kind, name]:
-                    elements[-1].properties.append((name, _TYPES[kind]))
+                    elements[-1].properties.append(_Property(name, _TYPES[kind]))
                 case [] | ["ply"] | ["comment", *_] | ["obj_info", *_]:
                     pass
                 case _:

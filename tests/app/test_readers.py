@@ -123,7 +123,7 @@ BROKEN = {
     "only comments": (b"# nothing\n", "file"),
     "binary garbage": (bytes(range(256)), "file"),
     "utf-16": ("1 2 3\n".encode("utf-16"), "file"),
-    "las": (b"LASF" + bytes(400), "file"),
+    "las": (b"LASF" + bytes(400), "header"),
     "npz": (b"PK\x03\x04" + bytes(400), "file"),
     "pickle": (b"\x80\x04\x95" + bytes(40), "file"),
     "two columns": (b"1,2\n3,4\n", "file"),

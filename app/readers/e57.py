@@ -1,0 +1,181 @@
+"""E57, by pye57, which the extra `e57` brings: the cartesian points of all scans, in the frame of the file.
+
+The header, the place of the XML section and what it may do to its parser are checked before libE57 opens the
+file, and the records are read piece by piece, so that a count costs nothing until its points are there.
+"""
+
+import struct
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from xml.parsers import expat
+
+import numpy as np
+
+from app.readers.cloud import Array, Cloud, Columns, as_labels, build_cloud, find_label
+from app.readers.errors import UnreadableFileError
+from app.readers.limits import UNLIMITED, Limits
+from app.readers.rows import check_bytes
+
+_HEADER = struct.Struct("<8x2L4Q")
+_PAGE, _CHECKSUM = 1024, 4
+_XML_LIMIT = 1024 * 1024
+_DEPTH_LIMIT = 64
+_CHUNK = 50_000
+_COORDINATES = ("cartesianX", "cartesianY", "cartesianZ")
+_INVALID = "cartesianInvalidState"
+
+
+def read_e57(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+    """Read the valid points of all scans of an E57 file, each moved by its pose."""
+    try:
+        import pye57
+    except ImportError:
+        message = "E57 is read where primfit is installed with its extra e57, which is missing here"
+        raise UnreadableFileError("file", message) from None
+    _check_xml(_xml(data))
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "cloud.e57")
+        path.write_bytes(data)
+        try:
+            with pye57.E57(str(path)) as file:
+                return _read(file, len(data), limits, labels)
+        except UnreadableFileError:
+            raise
+        except Exception as error:  # libE57, its binding and NumPy have no common class of errors
+            raise UnreadableFileError(
+                "file", "the E57 file is damaged, or of an unusual structure"
+            ) from error
+
+
+def _xml(data: memoryview) -> bytes:
+    """The XML section, of pages whose checksums libE57 holds against them."""
+    if len(data) < _HEADER.size:
+        raise UnreadableFileError("header", "the file ends within the E57 header")
+    major, _, n_bytes, start, length, page = _HEADER.unpack(data[: _HEADER.size])
+    if major != 1 or page != _PAGE:
+        raise UnreadableFileError(
+            "header", "E57 of another version than 1, or of other pages than of 1024 bytes"
+        )
+    if n_bytes != len(data) or n_bytes % _PAGE:
+        raise UnreadableFileError("file", f"the header announces {n_bytes} bytes, {len(data)} are there")
+    if length > _XML_LIMIT:
+        raise UnreadableFileError("header", f"the XML section has {length} bytes; the limit is {_XML_LIMIT}")
+    first, offset = divmod(start, _PAGE)
+    last = first - (-(offset + length) // (_PAGE - _CHECKSUM))
+    pages = np.frombuffer(data, np.uint8).reshape(-1, _PAGE)[first:last, :-_CHECKSUM]
+    section = pages.tobytes()[offset : offset + length]
+    if len(section) < length:
+        raise UnreadableFileError("file", "the XML section does not lie in the E57 file")
+    return section
+
+
+def _check_xml(section: bytes) -> None:
+    """Raise where the XML is broken, defines entities, which may multiply, or is nested too deep."""
+    depth = 0
+
+    def enter(*_: object) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > _DEPTH_LIMIT:
+            raise UnreadableFileError("file", f"the XML section is nested over {_DEPTH_LIMIT} deep")
+
+    def leave(_: object) -> None:
+        nonlocal depth
+        depth -= 1
+
+    def refuse(*_: object) -> None:
+        raise UnreadableFileError("file", "the XML section has a document type; E57 has none")
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler, parser.EndElementHandler = enter, leave
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(section.rstrip(b" \0\n"), True)
+    except UnreadableFileError:
+        raise
+    except (expat.ExpatError, LookupError, ValueError) as error:  # the last two: an unknown encoding
+        raise UnreadableFileError("file", "the XML section cannot be parsed") from error
+
+
+def _read(file: Any, n_bytes: int, limits: Limits, labels: str | None) -> Cloud:
+    scans = [scan for scan in file.data3d if scan.isDefined("points")]
+    if not scans:
+        raise UnreadableFileError("file", "the E57 file holds no scan with points")
+    limits.check_points(sum(scan["points"].childCount() for scan in scans))
+    names = _common_fields(scans)
+    if not set(_COORDINATES) <= set(names):
+        raise UnreadableFileError("file", "a scan of the E57 file holds no cartesian coordinates")
+    label = find_label(names, labels)
+    wanted = _COORDINATES if label is None else (*_COORDINATES, names[label])
+    tables = [_scan(file, scan, n_bytes, wanted) for scan in scans]
+    table = np.concatenate(tables)
+    columns = Columns(_COORDINATES, (0, 1, 2))
+    if label is None:
+        return build_cloud(table, columns, "e57")
+    columns = replace(columns, label_name=names[label][:40])
+    return build_cloud(table, columns, "e57", as_labels(table[:, 3]))
+
+
+def _common_fields(scans: list[Any]) -> list[str]:
+    """The fields that the points of all scans have."""
+    from pye57.libe57 import StructureNode
+
+    first, *others = [
+        [node.elementName() for node in StructureNode(scan["points"].prototype())] for scan in scans
+    ]
+    return [name for name in first if all(name in other for other in others)]
+
+
+def _scan(file: Any, scan: Any, n_bytes: int, wanted: tuple[str, ...]) -> Array:
+    """The fields wanted of the valid points of a scan as a table, the coordinates moved by its pose."""
+    from pye57.libe57 import SourceDestBuffer, StructureNode, VectorSourceDestBuffer
+
+    records = scan["points"]
+    n_points = records.childCount()
+    prototype = StructureNode(records.prototype())
+    n_bits = sum(_bits(prototype[name]) for name in _COORDINATES)
+    check_bytes(n_points * max(n_bits, 1) // 8, n_bytes, n_points)
+    fields = wanted if not prototype.isDefined(_INVALID) else (*wanted, _INVALID)
+    buffer = np.empty((len(fields), max(min(n_points, _CHUNK), 1)))
+    buffers = VectorSourceDestBuffer()
+    for name, values in zip(fields, buffer, strict=True):
+        buffers.append(SourceDestBuffer(file.image_file, name, values, len(values), True, True))
+    parts = [np.empty((0, len(fields)))]
+    reader = records.reader(buffers)
+    while sum(map(len, parts)) < n_points and (n_read := reader.read()):
+        parts.append(buffer[:, :n_read].T.copy())
+    reader.close()
+    table = np.concatenate(parts)
+    if len(table) != n_points:
+        raise UnreadableFileError("file", f"a scan announces {n_points} points, {len(table)} are there")
+    if len(fields) > len(wanted):
+        table = table[table[:, -1] == 0.0, :-1]
+    table[:, :3] = _move(table[:, :3], scan)
+    return table
+
+
+def _bits(node: Any) -> int:
+    """How many bits a value of this field takes at least."""
+    from pye57.libe57 import FloatNode, FloatPrecision
+
+    if isinstance(node, FloatNode):
+        return 32 if node.precision() == FloatPrecision.E57_SINGLE else 64
+    return int(node.maximum() - node.minimum()).bit_length()
+
+
+def _move(points: Array, scan: Any) -> Array:
+    """Points in the frame of the file: rotated by the quaternion of the pose, then shifted."""
+    from scipy.spatial.transform import Rotation
+
+    if not scan.isDefined("pose"):
+        return points
+    pose = scan["pose"]
+    if pose.isDefined("rotation"):
+        turn = [pose["rotation"][name].value() for name in "xyzw"]
+        if turn != [0.0, 0.0, 0.0, 1.0]:
+            points = Rotation.from_quat(turn).apply(points)
+    if pose.isDefined("translation"):
+        points = points + [pose["translation"][name].value() for name in "xyz"]
+    return points

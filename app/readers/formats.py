@@ -1,0 +1,15 @@
+"""The formats that are read, and the usual suffixes of their files."""
+
+FORMATS = {
+    "CSV": (".csv",),
+    "XYZ": (".xyz",),
+    "TXT": (".txt",),
+    "NPY": (".npy",),
+    "NPZ": (".npz",),
+    "PLY": (".ply",),
+    "PCD": (".pcd",),
+    "LAS": (".las",),
+    "LAZ": (".laz",),
+    "E57": (".e57",),
+    "JSON": (".json",),
+}

@@ -1,0 +1,60 @@
+"""LAS and LAZ, versions 1.0 to 1.4: scaled coordinates in float64, decoded by laspy and lazrs.
+
+Points are decoded piece by piece, so that a count costs nothing until its points are there.
+"""
+
+import io
+import logging
+
+import numpy as np
+
+from app.readers.cloud import Cloud, build_from, find_columns
+from app.readers.errors import UnreadableFileError
+from app.readers.las_header import LasHeader, read_header
+from app.readers.laz_chunks import check_chunks
+from app.readers.limits import UNLIMITED, Limits
+
+_PIECE = 50_000
+
+
+def read_las(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+    """Read a LAS or LAZ file; any dimension of one number a point may be the labels."""
+    header = read_header(data)
+    limits.check_points(header.n_points)
+    if header.compressed and header.n_points:
+        limits.check_unpacked(header.n_points * header.point_size)
+        check_chunks(data, header)
+    elif not header.compressed:
+        header.check_points()
+    try:
+        return _decode(data, header, labels)
+    except UnreadableFileError:
+        raise
+    except Exception as error:  # laspy and lazrs have no common class of errors
+        raise UnreadableFileError("file", "the points cannot be decoded: the file is damaged") from error
+
+
+def _decode(data: memoryview, header: LasHeader, labels: str | None) -> Cloud:
+    import laspy
+
+    logging.getLogger("laspy").setLevel(logging.CRITICAL)  # what it complains about, it also raises
+    with laspy.open(io.BytesIO(data), read_evlrs=False, laz_backend=laspy.LazBackend.Lazrs) as reader:
+        dimensions = reader.header.point_format.dimensions
+        names = [dimension.name if dimension.num_elements == 1 else "" for dimension in dimensions]
+        columns = find_columns(names, labels)
+        wanted = [*columns.used, *([] if columns.label is None else [columns.label])]
+        parts: dict[int, list[np.ndarray]] = {i: [] for i in wanted}
+        n_read = 0
+        for piece in reader.chunk_iterator(_PIECE):
+            n_read += len(piece)
+            for i in wanted:
+                # X is a whole number of steps; x is in the unit of the file.
+                name = names[i].lower() if i in columns.points else names[i]
+                with np.errstate(over="ignore"):  # infinite coordinates are refused with all others
+                    parts[i].append(np.array(piece[name]))
+    if n_read != header.n_points:
+        raise UnreadableFileError(
+            "file", f"the header announces {header.n_points} points, {n_read} are there"
+        )
+    format = "laz" if header.compressed else "las"
+    return build_from(columns, lambda i: np.concatenate(parts[i] or [np.empty(0)]), format)
