@@ -13,8 +13,8 @@ from starlette.requests import ClientDisconnect
 
 from app import jobs, openapi, problems
 from app.body import received
-from app.problems import NotReadyError, UnsupportedMediaTypeError
-from app.readers import Limits
+from app.problems import NotReadyError, UnsupportedCodingError, UnsupportedMediaTypeError
+from app.readers import CODINGS, Limits
 from app.request_id import RequestId
 from app.schemas import FitAnswer, Live, Ready, Versions
 from app.settings import Settings
@@ -67,11 +67,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 @router.post("/fit", operation_id="fit", response_model=FitAnswer, **openapi.FIT)
 async def fit(request: Request) -> Response:
     """Say which primitive a cloud is, with its parameters, its error, and every kind that was tried."""
-    media_type = _media_type(request)
+    media_type, coding = _media_type(request), _coding(request)
     started = perf_counter()
     async with received(request, request.app.state.settings) as body:
         seconds = {"receive": perf_counter() - started}
-        reply = await request.app.state.pool.run(_job(request, media_type, body), request.is_disconnected)
+        reply = await request.app.state.pool.run(
+            _job(request, media_type, coding, body), request.is_disconnected
+        )
     if reply is None:
         raise ClientDisconnect
     seconds |= reply.seconds | {"total": perf_counter() - started}
@@ -111,19 +113,29 @@ def _media_type(request: Request) -> str:
     media_type = (
         request.headers.get("content-type", "application/octet-stream").partition(";")[0].strip().lower()
     )
-    encoding = request.headers.get("content-encoding", "identity")
-    if media_type not in openapi.MEDIA_TYPES or encoding != "identity":
+    if media_type not in openapi.MEDIA_TYPES:
         raise UnsupportedMediaTypeError(openapi.WHAT_IS_READ)
     return media_type
 
 
-def _job(request: Request, media_type: str, body: bytes | Path) -> jobs.FitJob:
+def _coding(request: Request) -> str | None:
+    """How the body is packed: `gzip` (by its old name, too) or `zstd`, None if it is not."""
+    names = ",".join(request.headers.getlist("content-encoding")).lower().split(",")
+    names = [name.strip().replace("x-gzip", "gzip") for name in names]
+    codings = [name for name in names if name not in ("", "identity")]
+    if len(codings) > 1 or not set(codings) <= set(CODINGS):
+        raise UnsupportedCodingError(f"send the body as it is, or in one of {', '.join(CODINGS)}, once")
+    return codings[0] if codings else None
+
+
+def _job(request: Request, media_type: str, coding: str | None, body: bytes | Path) -> jobs.FitJob:
     settings: Settings = request.app.state.settings
     return jobs.FitJob(
         request.state.request_id,
         body,
         media_type,
         request.headers.get("content-type", ""),
+        coding,
         request.query_params.multi_items(),
         Limits(settings.max_points, settings.max_json_points, settings.max_body_bytes),
     )

@@ -12,9 +12,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from app.answer import to_json
 from app.files import Problem, answer_files
+from app.readers import FORMATS
 from app.shrec22 import prediction
 
-SUFFIXES = (".csv", ".npy", ".ply", ".txt", ".xyz")
+# Answers are JSON: in a folder none is taken for a cloud.
+SUFFIXES = tuple(sorted(suffix for name in FORMATS.keys() - {"JSON"} for suffix in FORMATS[name]))
+PACKED = (".gz", ".zst")
 ENDINGS = {"json": ".json", "shrec22": "_prediction.txt"}
 
 
@@ -40,7 +43,7 @@ def plan(inputs: Sequence[str], out: Path, format: str) -> dict[Path, str]:
     """
     targets: dict[Path, str] = {}
     for name, inner in _expand(inputs):
-        target = out / inner.with_name(inner.stem + ENDINGS[format])
+        target = out / inner.with_name(_unpacked(inner).stem + ENDINGS[format])
         taken = targets.get(target)
         if taken is not None and Path(taken).resolve() != Path(name).resolve():
             raise CollisionError(f"{taken} and {name} would both write {target}")
@@ -61,12 +64,17 @@ def _expand(inputs: Sequence[str]) -> list[tuple[str, Path]]:
             continue
         for file in sorted(path.rglob("*")):
             if (
-                file.suffix.lower() in SUFFIXES
+                _unpacked(file).suffix.lower() in SUFFIXES
                 and file.is_file()
                 and not file.name.endswith(ENDINGS["shrec22"])
             ):
                 found.append((str(file), file.relative_to(path)))
     return found
+
+
+def _unpacked(file: Path) -> Path:
+    """`cloud.csv` for `cloud.csv.gz`."""
+    return file.with_suffix("") if file.suffix.lower() in PACKED else file
 
 
 def run(targets: Mapping[Path, str], format: str, options: Mapping[str, Any], workers: int) -> Summary:

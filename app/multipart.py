@@ -8,13 +8,14 @@ from app.readers.errors import UnreadableFileError
 PARTS = ("file", "options")
 
 
-def split_parts(body: bytes, content_type: str) -> dict[str, memoryview]:
+def split_parts(body: bytes | memoryview, content_type: str) -> dict[str, memoryview]:
     """The content of each part by its name, without a copy; each may be there once."""
     boundary = parse_options_header(content_type)[1].get(b"boundary")
     if not boundary or len(boundary) > 70:
         raise UnreadableFileError(
             "Content-Type", "multipart/form-data needs a boundary of 1 to 70 characters"
         )
+    body = bytes(body)
     parts = _Parts()
     parser = MultipartParser(boundary, parts.callbacks())  # type: ignore[arg-type]
     try:

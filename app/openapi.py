@@ -1,8 +1,10 @@
 """The OpenAPI document: what FastAPI cannot read off the routes, with real examples."""
 
+from base64 import b64encode
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import orjson
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
@@ -23,20 +25,34 @@ RAW_TYPES = (
     "text/plain",
     "text/tab-separated-values",
     "application/x-npy",
+    "application/x-npz",
     "model/ply",
     "application/ply",
+    "application/vnd.las",
+    "application/vnd.laszip",
+    "model/e57",
+    "model/stl",
+    "model/obj",
+    "model/gltf-binary",
+    "application/gzip",
+    "application/zstd",
 )
 MEDIA_TYPES = ("application/json", "multipart/form-data", *RAW_TYPES)
-WHAT_IS_READ = f"send one of {', '.join(MEDIA_TYPES)}, without content encoding"
+WHAT_IS_READ = f"send one of {', '.join(MEDIA_TYPES)}"
 
 _EXAMPLES = Path(__file__).with_name("examples")
 _REF = "#/components/schemas/{model}"
 _EXAMPLE_ERRORS: dict[str, Exception] = {
     "408": problems.BodyTimeoutError("nothing came for 30 s before the body was complete (1048576 bytes)"),
     "413": TooLargeError("body", "the body is over 67108864 bytes, the limit of this service"),
-    "415": problems.UnsupportedMediaTypeError(WHAT_IS_READ),
     "500": Exception(),
     "504": problems.TimeLimitError("not done after 60 s, the limit of this service; the work was stopped"),
+}
+_UNSUPPORTED: dict[str, Exception] = {
+    "media_type": problems.UnsupportedMediaTypeError(WHAT_IS_READ),
+    "content_encoding": problems.UnsupportedCodingError(
+        "send the body as it is, or in one of gzip, zstd, once"
+    ),
 }
 _INVALID: dict[str, Exception] = {
     "points": InvalidPointsError("points[17][2]", "NaN is not JSON; every number must be finite", "NaN"),
@@ -74,13 +90,23 @@ def _json(name: str) -> Any:
     return orjson.loads((_EXAMPLES / name).read_bytes())
 
 
+def _encoded(request: dict[str, Any]) -> dict[str, Any]:
+    """The same request with its points as a base64 array."""
+    points = np.array(request["points"], "<f8")
+    array = {"dtype": "float64", "shape": list(points.shape), "base64": b64encode(points.tobytes()).decode()}
+    return {**request, "points": array}
+
+
 def _body() -> dict[str, Any]:
     """The request body of `fit` in all its media types."""
     csv = "x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in _json("request.json")["points"])
     content: dict[str, Any] = {
         "application/json": {
             "schema": {"$ref": _REF.format(model="FitRequest")},
-            "examples": {"cylinder": {"value": _json("request.json")}},
+            "examples": {
+                "cylinder": {"value": _json("request.json")},
+                "cylinder_in_base64": {"value": _encoded(_json("request.json"))},
+            },
         },
         "multipart/form-data": {
             "schema": {"$ref": _REF.format(model="FitUpload")},
@@ -92,7 +118,11 @@ def _body() -> dict[str, Any]:
         content[media_type] = {"schema": {"type": "string", "format": "binary"}}
     for media_type in ("text/csv", "text/plain"):
         content[media_type]["examples"] = {"cylinder": {"value": csv}}
-    return {"required": True, "content": content}
+    description = (
+        "The cloud. A body may be packed (`Content-Encoding: gzip` or `zstd`), and so may a file; "
+        "files are recognised by what they hold, whatever their media type"
+    )
+    return {"required": True, "description": description, "content": content}
 
 
 def _query() -> list[dict[str, Any]]:
@@ -130,6 +160,7 @@ FIT: dict[str, Any] = {
     "response_description": "What was found",
     "responses": {
         **{status: _problem(example=error) for status, error in _EXAMPLE_ERRORS.items()},
+        "415": _problem(**_UNSUPPORTED),
         "422": _problem(**_INVALID),
         "503": _problem(**_UNAVAILABLE),
     },
