@@ -1,7 +1,8 @@
 """The service: routes that translate, an error table, and a pool of workers that read and fit."""
 
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
 from importlib.metadata import version as version_of
 from pathlib import Path
 from time import perf_counter
@@ -12,6 +13,8 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from app import jobs, openapi, problems
+from app.batch_jobs import OpenJob
+from app.batch_stream import Batch, Lines
 from app.body import received
 from app.problems import NotReadyError, UnsupportedCodingError, UnsupportedMediaTypeError
 from app.readers import CODINGS, Limits
@@ -55,7 +58,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         jobs.run,
         time_limit=settings.fit_time_limit,
         queue_size=settings.queue_size,
-        preload=["app.jobs", "scipy.optimize", "scipy.spatial", "sklearn.neighbors"],
+        preload=["app.jobs", "app.batch_jobs", "scipy.optimize", "scipy.spatial", "sklearn.neighbors"],
     )
     app.state.pool.start()
     try:
@@ -79,6 +82,25 @@ async def fit(request: Request) -> Response:
     seconds |= reply.seconds | {"total": perf_counter() - started}
     timing = ", ".join(f"{name};dur={1000 * value:.1f}" for name, value in seconds.items())
     return Response(reply.content, reply.status, {"Server-Timing": timing}, reply.media_type)
+
+
+@router.post("/fit/batch", operation_id="fit_batch", response_class=Lines, **openapi.FIT_BATCH)
+async def fit_batch(request: Request) -> Response:
+    """Fit many clouds, and the segments of clouds whose points have labels; the answers come line by line."""
+    media_type = _media_type(request)
+    settings, pool = request.app.state.settings, request.app.state.pool
+    async with AsyncExitStack() as resources:
+        run = resources.enter_context(pool.batch())
+        body = await resources.enter_async_context(received(request, settings))
+        opened = await pool.run(_open_job(request, media_type, body), request.is_disconnected)
+        if opened is None:
+            raise ClientDisconnect
+        if isinstance(opened, jobs.Reply):
+            return Response(opened.content, opened.status, media_type=opened.media_type)
+        kept = resources.pop_all()
+        run = partial(run, abandoned=request.is_disconnected)
+        batch = Batch(request.state.request_id, body, media_type, opened, settings, run, kept)
+        return Lines(batch.lines(), kept, settings.send_timeout)
 
 
 @router.get("/livez", operation_id="livez", response_model=Live, **openapi.GET)
@@ -138,6 +160,17 @@ def _job(request: Request, media_type: str, coding: str | None, body: bytes | Pa
         coding,
         request.query_params.multi_items(),
         Limits(settings.max_points, settings.max_json_points, settings.max_body_bytes),
+    )
+
+
+def _open_job(request: Request, media_type: str, body: bytes | Path) -> OpenJob:
+    return OpenJob(
+        request.state.request_id,
+        body,
+        media_type,
+        request.headers.get("content-type", ""),
+        request.query_params.multi_items(),
+        request.app.state.settings.max_batch_items,
     )
 
 

@@ -281,29 +281,23 @@ def _options(
 ) -> dict[str, Any]:
     """The options that were given, as the engine takes them, checked before the first file is read."""
     from app.constraint_flags import parse_constraints
-    from fitting.config import Config
-    from fitting.constraints import Constraints
-    from fitting.errors import InvalidOptionError
-    from fitting.guess import guess_of
+    from app.engine import InvalidOptionError, config_of
 
-    given = {"criterion": criterion, "max_error": max_error, "seed": seed}
+    given = {"classifier": classifier, "criterion": criterion, "max_error": max_error, "seed": seed}
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if kind:
         options["kinds"] = list(dict.fromkeys(str(k) for k in kind))
     try:
-        checked = dict(options)
         if constraint:
             options["constraints"] = parse_constraints(constraint)
-            checked["constraints"] = Constraints.of(options["constraints"])
         if initial_guess is not None:
             options["initial_guess"] = _json(initial_guess)
-            checked["initial_guess"] = guess_of(options["initial_guess"])
-        Config(**checked)
+        config_of(**options)
     except InvalidOptionError as error:
         option = error.field.partition(".")[0]
         _complain(f"--{FLAGS.get(option, option).replace('_', '-')}", str(error))
         raise typer.Exit(BAD_INPUT) from None
-    return options if classifier is None else options | {"classifier": classifier}
+    return options
 
 
 def _json(text: str) -> Any:

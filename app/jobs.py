@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -19,6 +19,16 @@ from app.readers import Cloud, Limits, UnreadableFileError, read, read_json, rea
 _log = logging.getLogger("primfit")
 
 
+class Job(Protocol):
+    """What can be handed to a worker."""
+
+    @property
+    def request_id(self) -> str: ...
+
+    def work(self) -> Any:
+        """Do it; what is raised becomes a problem document."""
+
+
 @dataclass(frozen=True)
 class FitJob:
     """A request as the service received it; a large body stands in a file, `coding` is how it is packed."""
@@ -30,6 +40,9 @@ class FitJob:
     coding: str | None
     query: list[tuple[str, str]]
     limits: Limits
+
+    def work(self) -> "Reply":
+        return _fit(self)
 
 
 @dataclass(frozen=True)
@@ -49,10 +62,10 @@ def warm() -> dict[str, str | None]:
     return versions("network")
 
 
-def run(job: FitJob) -> Reply:
-    """The response to one request; every failure is a problem document."""
+def run(job: Job) -> Any:
+    """What a job results in; every failure is a reply that holds a problem document."""
     try:
-        return _fit(job)
+        return job.work()
     except Exception as error:
         refused = problem(error, f"/requests/{job.request_id}")
         if refused.status >= 500:

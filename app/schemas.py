@@ -202,6 +202,18 @@ class FitUpload(BaseModel):
     options: FitOptions | None = Field(None, description="options as JSON text")
 
 
+class BatchUpload(BaseModel):
+    """Clouds as files of any format that is read."""
+
+    file: list[Upload] = Field(min_length=1, description="the files, a part `file` each")
+    options: FitOptions | None = Field(None, description="options of all of them as JSON text")
+    labels: str | None = Field(
+        None,
+        description="the column of labels by which a file is cut into its segments; by default one of the "
+        "usual names, where there is one; empty cuts none",
+    )
+
+
 class ErrorSummary(BaseModel):
     """Orthogonal distances of all points to the primitive, in the unit of the input."""
 
@@ -323,3 +335,43 @@ class Problem(BaseModel):
     detail: str
     instance: str
     errors: list[ProblemField] = Field(max_length=20)
+
+
+class BatchItem(BaseModel):
+    """What a line of a batch is about: a file, or a segment of it."""
+
+    id: str = Field(
+        max_length=80,
+        description="unique in the answer: the file name, and the label",
+        examples=["segments.csv#3"],
+    )
+    file: str | None = Field(max_length=80, description="last component of the file name; null without one")
+    label: int | str | None = Field(description="of the segment; null for a file that was not cut")
+
+
+class BatchAnswer(BatchItem):
+    """A cloud that was fitted."""
+
+    answer: FitAnswer = Field(description="what `POST /fit` says of these points")
+
+
+class BatchProblem(BatchItem):
+    """A file that cannot be read, or a cloud that cannot be fitted."""
+
+    problem: Problem
+
+
+class BatchCounts(BaseModel):
+    """How many lines of each sort there were."""
+
+    items: int
+    fitted: int
+    ambiguous: int
+    no_fit: int
+    problems: int
+
+
+class BatchSummary(BaseModel):
+    """The last line: without it the answer was cut off."""
+
+    summary: BatchCounts

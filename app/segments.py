@@ -1,0 +1,124 @@
+"""A cloud whose points carry labels, cut into its segments; and each of them fitted, in Python."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from app.engine import as_floats, config_of, fit
+from app.readers.cloud import Cloud
+from fitting.errors import InvalidOptionError, InvalidPointCloudError
+from fitting.result import Recognition
+
+LONGEST_LABEL = 100
+PER_POINT = ("points", "normals", "weights", "standard_deviations")
+
+Label = int | str
+Rows = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A segment that was fitted: its label, its rows in the cloud, and the `recognition`.
+
+    Where it could not be fitted `recognition` is None and `problem` says why; it is empty otherwise.
+    """
+
+    label: Label
+    rows: Rows
+    recognition: Recognition | None
+    problem: str = ""
+
+
+def fit_segments(points: ArrayLike, labels: ArrayLike, **options: Any) -> list[Segment]:
+    """`fit` each segment of a cloud: the points of one label.
+
+    Parameters
+    ----------
+    points : (N, 3), any unit of length
+    labels : (N,) whole numbers or strings
+    options : those of `fit`; `normals`, `weights` and `standard_deviations` have a value for each point
+
+    Returns
+    -------
+    The segments by label, in ascending order. One that cannot be fitted, with two points, say, has a
+    `problem` and no `recognition`; it does not keep the others from theirs.
+
+    Raises
+    ------
+    InvalidPointCloudError
+        There are not as many labels, normals or weights as points, or labels are neither whole numbers nor
+        strings.
+    InvalidOptionError
+        An option is unknown or out of range.
+    """
+    given = {"points": points, **{name: options.pop(name, None) for name in PER_POINT[1:]}}
+    config_of(**options)
+    arrays: dict[str, Any] = {
+        name: as_floats(values, name) for name, values in given.items() if values is not None
+    }
+    segments = []
+    for label, rows in cut(np.asarray(labels), arrays):
+        try:
+            chosen = {name: array[rows] for name, array in arrays.items()}
+            recognition = fit(**chosen, **options)
+            segments.append(Segment(label, rows, recognition))
+        except (InvalidPointCloudError, InvalidOptionError) as error:
+            segments.append(Segment(label, rows, None, str(error)))
+    return segments
+
+
+def cut(labels: NDArray[Any], arrays: Mapping[str, NDArray[Any]]) -> list[tuple[Label, Rows]]:
+    """Each label, ascending, with the rows that carry it in their order.
+
+    Raises `InvalidPointCloudError` where labels are no whole numbers or strings, or the arrays of a value for
+    each point differ in length.
+    """
+    labels = _whole(labels)
+    n_points = len(arrays["points"]) if arrays["points"].ndim else 0
+    for name, array in {"labels": labels, **arrays}.items():
+        if array.shape[:1] != (n_points,):
+            raise InvalidPointCloudError(
+                f"{name} have shape {array.shape}; one for each of {n_points} points is needed", name
+            )
+    if labels.dtype.kind == "U" and labels.dtype.itemsize > 4 * LONGEST_LABEL:
+        longest = int(np.char.str_len(labels).max(initial=0))
+        if longest > LONGEST_LABEL:
+            raise InvalidPointCloudError(
+                f"a label has {longest} characters; the limit is {LONGEST_LABEL}", "labels"
+            )
+    values, which, counts = np.unique(labels, return_inverse=True, return_counts=True)
+    rows = np.argsort(which, kind="stable")
+    return list(zip(values.tolist(), np.split(rows, np.cumsum(counts)[:-1]), strict=False))
+
+
+def _whole(labels: NDArray[Any]) -> NDArray[Any]:
+    """Labels (N,) as integers or strings; floats that are whole numbers are taken for what they mean."""
+    if labels.ndim != 1:
+        raise InvalidPointCloudError(f"labels have shape {labels.shape}; (N,) is needed", "labels")
+    if labels.dtype.kind == "b":
+        return labels.astype(np.int64)
+    if labels.dtype.kind == "f" and (np.abs(labels) <= 2.0**53).all() and (labels == np.rint(labels)).all():
+        return labels.astype(np.int64)
+    if labels.dtype.kind not in "iuU":
+        raise InvalidPointCloudError("labels must be whole numbers or strings", "labels")
+    return labels
+
+
+def cut_cloud(cloud: Cloud) -> list[tuple[Label, Rows]]:
+    """The segments of a cloud with labels; none where it has no labels, or no points."""
+    return [] if cloud.labels is None else cut(cloud.labels, per_point(cloud))
+
+
+def per_point(cloud: Cloud) -> dict[str, NDArray[np.float64]]:
+    """What a cloud holds for each of its points, but for the labels, by name."""
+    given = {name: getattr(cloud, name) for name in PER_POINT}
+    return {name: values for name, values in given.items() if values is not None}
+
+
+def part(cloud: Cloud, rows: Rows) -> Cloud:
+    """The cloud of some of the points, without labels: what a file of these rows alone is read as."""
+    chosen: dict[str, Any] = {name: values[rows] for name, values in per_point(cloud).items()}
+    return replace(cloud, **chosen, labels=None, label_column=None)
