@@ -63,9 +63,15 @@ def warm() -> dict[str, str | None]:
 
 
 def run(job: Job) -> Any:
-    """What a job results in; every failure is a reply that holds a problem document."""
+    """What a job results in; every failure is a reply that holds a problem document.
+
+    None where the request ended meanwhile: then there is nobody to tell.
+    """
     try:
         return job.work()
+    except FileNotFoundError:
+        _log.warning("request %s was given up, and its files are gone", job.request_id)
+        return None
     except Exception as error:
         refused = problem(error, f"/requests/{job.request_id}")
         if refused.status >= 500:
