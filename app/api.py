@@ -14,10 +14,10 @@ from starlette.requests import ClientDisconnect
 
 from app import jobs, openapi, problems
 from app.batch_jobs import OpenJob
-from app.batch_stream import Batch, Lines
+from app.batch_stream import Batch, Lines, scratch_file
 from app.body import received
 from app.problems import NotReadyError, UnsupportedCodingError, UnsupportedMediaTypeError
-from app.readers import CODINGS, Limits
+from app.readers import CODINGS
 from app.request_id import RequestId
 from app.schemas import FitAnswer, Live, Ready, Versions
 from app.settings import Settings
@@ -87,20 +87,22 @@ async def fit(request: Request) -> Response:
 @router.post("/fit/batch", operation_id="fit_batch", response_class=Lines, **openapi.FIT_BATCH)
 async def fit_batch(request: Request) -> Response:
     """Fit many clouds, and the segments of clouds whose points have labels; the answers come line by line."""
-    media_type = _media_type(request)
+    media_type, coding = _media_type(request), _coding(request)
     settings, pool = request.app.state.settings, request.app.state.pool
     async with AsyncExitStack() as resources:
         run = resources.enter_context(pool.batch())
         body = await resources.enter_async_context(received(request, settings))
-        opened = await pool.run(_open_job(request, media_type, body), request.is_disconnected)
+        unpacked = Path(resources.enter_context(scratch_file(settings)).name) if coding else None
+        job = _open_job(request, media_type, coding, body, unpacked)
+        opened = await pool.run(job, request.is_disconnected)
         if opened is None:
             raise ClientDisconnect
         if isinstance(opened, jobs.Reply):
             return Response(opened.content, opened.status, media_type=opened.media_type)
         kept = resources.pop_all()
-        run = partial(run, abandoned=request.is_disconnected)
-        batch = Batch(request.state.request_id, body, media_type, opened, settings, run, kept)
-        return Lines(batch.lines(), kept, settings.send_timeout)
+    run = partial(run, abandoned=request.is_disconnected)
+    batch = Batch(request.state.request_id, unpacked or body, media_type, opened, settings, run, kept)
+    return Lines(batch.lines(), kept, settings.send_timeout)
 
 
 @router.get("/livez", operation_id="livez", response_model=Live, **openapi.GET)
@@ -159,18 +161,24 @@ def _job(request: Request, media_type: str, coding: str | None, body: bytes | Pa
         request.headers.get("content-type", ""),
         coding,
         request.query_params.multi_items(),
-        Limits(settings.max_points, settings.max_json_points, settings.max_body_bytes),
+        settings.limits,
     )
 
 
-def _open_job(request: Request, media_type: str, body: bytes | Path) -> OpenJob:
+def _open_job(
+    request: Request, media_type: str, coding: str | None, body: bytes | Path, unpacked: Path | None
+) -> OpenJob:
+    settings: Settings = request.app.state.settings
     return OpenJob(
         request.state.request_id,
         body,
         media_type,
         request.headers.get("content-type", ""),
+        coding,
+        unpacked,
         request.query_params.multi_items(),
-        request.app.state.settings.max_batch_items,
+        settings.limits,
+        settings.max_batch_items,
     )
 
 

@@ -12,7 +12,17 @@ from app.engine import config_of, fit_cloud
 from app.multipart import Part, find_parts
 from app.options import check_options, parse_options
 from app.problems import InvalidOptionsError
-from app.readers import Cloud, FieldError, Limits, TooLargeError, UnreadableFileError, read, read_json
+from app.readers import (
+    Cloud,
+    FieldError,
+    Limits,
+    TooLargeError,
+    UnreadableFileError,
+    read,
+    read_json,
+    read_unpacked,
+    unpack,
+)
 from app.readers.cloud import AUTO_LABELS
 from app.segments import Label, cut_cloud, part, per_point
 
@@ -44,9 +54,13 @@ class Options:
 
 @dataclass(frozen=True)
 class Opened:
-    """The files of a batch in their order, the column of labels to cut them by, and the options of all."""
+    """The files of a batch in their order, the column of labels to cut them by, and the options of all.
+
+    Where the body was `unpacked` they stand in what it held.
+    """
 
     files: list[Part]
+    unpacked: bool
     labels: str | None
     options: Options
 
@@ -102,24 +116,37 @@ class OpenJob:
     body: bytes | Path
     media_type: str
     content_type: str
+    coding: str | None
+    unpacked: Path | None
     query: list[tuple[str, str]]
+    limits: Limits
     most_files: int
 
     def work(self) -> Opened:
         """Which files there are, with options that hold for all of them."""
-        body = self.body if isinstance(self.body, bytes) else self.body.read_bytes()
+        body = self._unpacked()
         parts = [Part("file", None, 0, len(body))]
         if self.media_type == "multipart/form-data":
             parts = find_parts(body, self.content_type, PARTS, self.most_files)
         files = [part for part in parts if part.name == "file"]
         if not files:
             raise UnreadableFileError("file", "part file is missing", "missing")
-        beside = {part.name: body[part.start : part.stop] for part in parts if part.name != "file"}
+        beside = {part.name: bytes(body[part.start : part.stop]) for part in parts if part.name != "file"}
         labels = _labels([value for name, value in self.query if name == "labels"], beside.get("labels"))
         query = [(name, value) for name, value in self.query if name != "labels"]
         options = Options(query, parse_options(beside["options"]) if "options" in beside else {})
         config_of(**check_options(options.query, options.beside))
-        return Opened(files, labels, options)
+        return Opened(files, self.coding is not None, labels, options)
+
+    def _unpacked(self) -> bytes | memoryview:
+        """The body; if it came packed, what it holds is written to the file `unpacked`, too."""
+        body = self.body if isinstance(self.body, bytes) else self.body.read_bytes()
+        if self.coding is None or self.unpacked is None:
+            return body
+        with self.unpacked.open("r+b") as file:
+            held = unpack(memoryview(body), self.coding, self.limits, "body")
+            file.write(held)
+        return held
 
 
 def _labels(in_query: list[str], in_part: bytes | None) -> str | None:
@@ -139,6 +166,7 @@ class FileJob:
     request_id: str
     content: bytes | Stretch
     media_type: str
+    unpacked: bool
     labels: str | None
     options: Options
     limits: Limits
@@ -158,8 +186,8 @@ class FileJob:
     def _read(self) -> Cloud:
         content = self.content if isinstance(self.content, bytes) else self.content.read()
         if self.media_type == "application/json":
-            return read_json(memoryview(content), self.limits)
-        return read(content, self.limits, self.labels)
+            return read_json(memoryview(content), self.limits, self.labels)
+        return (read_unpacked if self.unpacked else read)(memoryview(content), self.limits, self.labels)
 
     def _cut(self, cloud: Cloud, options: dict[str, Any], scratch: BinaryIO) -> Cut:
         segments = cut_cloud(cloud)

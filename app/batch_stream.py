@@ -23,7 +23,6 @@ from app.names import Ids, base_name
 from app.openapi import NDJSON
 from app.ordered import in_order
 from app.problems import ServiceError, problem
-from app.readers import Limits
 from app.segments import Label
 from app.settings import Settings
 
@@ -54,6 +53,11 @@ class Item:
         head = orjson.dumps({"id": self.id, "file": self.file, "label": self.label})
         name = b"answer" if isinstance(result, Found) else b"problem"
         return b'%s,"%s":%s}\n' % (head[:-1], name, result.content)
+
+
+def scratch_file(settings: Settings) -> Any:
+    """An empty temporary file, which is removed when it is closed."""
+    return NamedTemporaryFile(prefix="primfit-", dir=settings.temporary_directory)
 
 
 Result = tuple[Item, Found | Reply]
@@ -112,9 +116,7 @@ class Batch:
 
     async def _read(self, part: Part) -> tuple[Part, Scratch, Cut | Found | Reply]:
         settings = self.settings
-        scratch = self.resources.enter_context(
-            NamedTemporaryFile(prefix="primfit-", dir=settings.temporary_directory)
-        )
+        scratch = self.resources.enter_context(scratch_file(settings))
         content: bytes | Stretch
         if isinstance(self.body, bytes):
             content = self.body[part.start : part.stop]
@@ -124,9 +126,10 @@ class Batch:
             self.request_id,
             content,
             self.media_type,
+            self.opened.unpacked,
             self.opened.labels,
             self.opened.options,
-            Limits(settings.max_points, settings.max_json_points, settings.max_body_bytes),
+            settings.limits,
             Path(scratch.name),
             settings.max_batch_items,
         )

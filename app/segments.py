@@ -12,7 +12,6 @@ from app.readers.cloud import Cloud
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 from fitting.result import Recognition
 
-LONGEST_LABEL = 100
 PER_POINT = ("points", "normals", "weights", "standard_deviations")
 
 Label = int | str
@@ -83,28 +82,35 @@ def cut(labels: NDArray[Any], arrays: Mapping[str, NDArray[Any]]) -> list[tuple[
             raise InvalidPointCloudError(
                 f"{name} have shape {array.shape}; one for each of {n_points} points is needed", name
             )
-    if labels.dtype.kind == "U" and labels.dtype.itemsize > 4 * LONGEST_LABEL:
-        longest = int(np.char.str_len(labels).max(initial=0))
-        if longest > LONGEST_LABEL:
-            raise InvalidPointCloudError(
-                f"a label has {longest} characters; the limit is {LONGEST_LABEL}", "labels"
-            )
-    values, which, counts = np.unique(labels, return_inverse=True, return_counts=True)
+    values, which, counts = _distinct(labels)
     rows = np.argsort(which, kind="stable")
-    return list(zip(values.tolist(), np.split(rows, np.cumsum(counts)[:-1]), strict=False))
+    return list(zip(values, np.split(rows, np.cumsum(counts)[:-1]), strict=False))
 
 
 def _whole(labels: NDArray[Any]) -> NDArray[Any]:
     """Labels (N,) as integers or strings; floats that are whole numbers are taken for what they mean."""
     if labels.ndim != 1:
         raise InvalidPointCloudError(f"labels have shape {labels.shape}; (N,) is needed", "labels")
-    if labels.dtype.kind == "b":
+    kind = labels.dtype.kind
+    if kind == "b" or (
+        kind == "f" and (labels == np.rint(labels)).all() and (np.abs(labels) <= 2.0**53).all()
+    ):
         return labels.astype(np.int64)
-    if labels.dtype.kind == "f" and (np.abs(labels) <= 2.0**53).all() and (labels == np.rint(labels)).all():
-        return labels.astype(np.int64)
-    if labels.dtype.kind not in "iuU":
-        raise InvalidPointCloudError("labels must be whole numbers or strings", "labels")
-    return labels
+    if kind in "iuU" or (kind == "O" and set(map(type, labels)) <= {str}):
+        return labels
+    raise InvalidPointCloudError("labels must be whole numbers or strings", "labels")
+
+
+def _distinct(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
+    """The labels there are, ascending; which of them each point has; and how many points each has."""
+    if labels.dtype.kind in "iu":
+        numbers, which, counts = np.unique(labels, return_inverse=True, return_counts=True)
+        return numbers.tolist(), which, counts
+    # Quicker than to sort all the strings.
+    names = sorted(set(labels.tolist()))
+    place = {name: i for i, name in enumerate(names)}
+    which = np.fromiter(map(place.__getitem__, labels.tolist()), np.intp, len(labels))
+    return names, which, np.bincount(which, minlength=len(names))
 
 
 def cut_cloud(cloud: Cloud) -> list[tuple[Label, Rows]]:

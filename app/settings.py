@@ -6,6 +6,8 @@ from pathlib import Path
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from app.readers.limits import Limits
+
 MIB = 1024 * 1024
 
 
@@ -39,3 +41,8 @@ class Settings(BaseSettings):
     temporary_directory: Path | None = Field(
         default=None, description="where large bodies are kept while read"
     )
+
+    @property
+    def limits(self) -> Limits:
+        """How much a reader may take in."""
+        return Limits(self.max_points, self.max_json_points, self.max_body_bytes)

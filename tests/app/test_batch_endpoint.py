@@ -1,5 +1,6 @@
 """`POST /fit/batch` against a real service: order, the bytes of `POST /fit`, failures that cost one item."""
 
+import gzip
 import io
 import json
 import os
@@ -191,6 +192,46 @@ def test_json_is_one_file_whose_options_are_its_own(service: Service) -> None:
     assert second["answer"]["receipt"]["options"]["seed"] == 1
 
 
+def test_what_stands_beside_points_in_json_goes_with_their_segment(service: Service) -> None:
+    weights = np.random.default_rng(2).uniform(1, 2, 300)
+    labels = ["up" if z > ROWS[:, 2].mean() else "down" for z in ROWS[:, 2]]
+    scan = {"points": ROWS.tolist(), "weights": weights.tolist(), "labels": labels, "options": {"seed": 2}}
+    lines = _lines(service.client.post("/fit/batch", json=scan))[:-1]
+    assert [line["label"] for line in lines] == ["down", "up"]
+    for line in lines:
+        rows = [i for i, label in enumerate(labels) if label == line["label"]]
+        alone = {"points": ROWS[rows].tolist(), "weights": weights[rows].tolist(), "options": {"seed": 2}}
+        assert line["answer"] == service.client.post("/fit", json=alone).json()
+    short = _lines(service.client.post("/fit/batch", json={**scan, "weights": [1.0]}))
+    assert short[0]["problem"]["errors"][0]["field"] == "weights"
+
+
+@pytest.mark.parametrize("n_bytes", [10**3, 10**6])
+def test_bodies_and_files_may_be_packed(service: Service, n_bytes: int) -> None:
+    """Small ones in memory, and ones that are kept on disk."""
+    scan = _many(2) + b"\n" * n_bytes
+    part = b'--x\r\nContent-Disposition: form-data; name="file"; filename="%s"\r\n\r\n%s\r\n'
+    body = part % (b"a.csv", scan) + part % (b"b.csv", CSV) + b"--x--\r\n"
+    headers = {"Content-Type": "multipart/form-data; boundary=x", **SAME_ID}
+    plain = service.client.post("/fit/batch", content=body, headers=headers)
+    assert len(_lines(plain)) == 4
+    packed = service.client.post(
+        "/fit/batch", content=gzip.compress(body), headers=headers | {"Content-Encoding": "gzip"}
+    )
+    assert packed.content == plain.content
+    files = [("file", (name, gzip.compress(file))) for name, file in (("a.csv", scan), ("b.csv", CSV))]
+    assert service.client.post("/fit/batch", files=files, headers=SAME_ID).content == plain.content
+    twice = service.client.post(
+        "/fit/batch",
+        content=gzip.compress(part % (b"a", gzip.compress(CSV)) + b"--x--\r\n"),
+        headers=headers | {"Content-Encoding": "gzip"},
+    )
+    assert "compressed twice" in _lines(twice)[0]["problem"]["detail"]
+    broken = service.client.post("/fit/batch", content=b"1", headers=headers | {"Content-Encoding": "gzip"})
+    assert broken.status_code == 422 and broken.json()["errors"][0]["field"] == "body"
+    assert _is_clean(service)
+
+
 REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
     "unknown option": ({"params": {"seeds": 1}}, "invalid-options", "seeds"),
     "option out of range": ({"params": {"max_error": 2}}, "invalid-options", "max_error"),
@@ -287,10 +328,10 @@ def test_labels_from_outside_give_ids_that_differ(service: Service) -> None:
     assert sorted(line["label"] for line in lines) == sorted(labels)
     ids = [line["id"].casefold() for line in lines]
     assert len(set(ids)) == 5 and max(map(len, ids)) <= 80
-    long = _post(service, ("a.csv", _csv(ROWS[:2], ["x" * 101] * 2)))
+    long = _post(service, ("a.csv", _csv(ROWS[:2], ["x" * 201] * 2)))
     assert (
         long[0]["problem"]["errors"][0]["field"] == "labels"
-        and "101 characters" in long[0]["problem"]["detail"]
+        and "200 characters" in long[0]["problem"]["detail"]
     )
 
 
