@@ -17,13 +17,13 @@ from starlette.responses import StreamingResponse
 from starlette.types import Message, Receive, Scope, Send
 
 from app.batch_jobs import Cut, FileJob, Found, Opened, SegmentJob, Stretch, too_many_segments
+from app.items import Item
 from app.jobs import Reply
 from app.multipart import Part
 from app.names import Ids, base_name
 from app.openapi import NDJSON
 from app.ordered import in_order
 from app.problems import ServiceError, problem
-from app.segments import Label
 from app.settings import Settings
 
 _AHEAD = 8
@@ -39,28 +39,13 @@ class Scratch(Protocol):
     def close(self) -> None: ...
 
 
-@dataclass(frozen=True)
-class Item:
-    """One line of the answer: which file and segment it is for; `done_with` is not needed after it."""
-
-    id: str
-    file: str | None
-    label: Label | None
-    done_with: Scratch | None = None
-
-    def line(self, result: Found | Reply) -> bytes:
-        """The line; what was found, or the problem, stands in it as the worker wrote it."""
-        head = orjson.dumps({"id": self.id, "file": self.file, "label": self.label})
-        name = b"answer" if isinstance(result, Found) else b"problem"
-        return b'%s,"%s":%s}\n' % (head[:-1], name, result.content)
-
-
 def scratch_file(settings: Settings) -> Any:
     """An empty temporary file, which is removed when it is closed."""
     return NamedTemporaryFile(prefix="primfit-", dir=settings.temporary_directory)
 
 
-Result = tuple[Item, Found | Reply]
+Result = tuple[Item, Found | Reply, Scratch | None]
+"""An item and what came of it; the file with its points, where no later item needs it."""
 
 
 @dataclass
@@ -79,11 +64,11 @@ class Batch:
         """A line for each item, in the order of the input, and the summary that says that it is complete."""
         counts: Counter[str] = Counter()
         async with aclosing(in_order(self._items(), _AHEAD * self.settings.workers)) as results:
-            async for item, result in results:
+            async for item, result, done_with in results:
                 counts[result.status if isinstance(result, Found) else "problems"] += 1
-                yield item.line(result)
-                if item.done_with is not None:
-                    item.done_with.close()
+                yield item.line("answer" if isinstance(result, Found) else "problem", result.content)
+                if done_with is not None:
+                    done_with.close()
         names = ("fitted", "ambiguous", "no_fit", "problems")
         yield orjson.dumps({"summary": {"items": counts.total(), **{n: counts[n] for n in names}}}) + b"\n"
 
@@ -101,14 +86,13 @@ class Batch:
                     read = self._problem(too_many_segments(len(read.labels), left + 1))
                 if not isinstance(read, Cut):
                     scratch.close()
-                    yield partial(_at_hand, (Item(file_id, name, None), read))
+                    yield partial(_at_hand, (Item(file_id, name, None), read, None))
                     continue
                 left -= len(read.labels) - 1
                 for i, label in enumerate(read.labels):
-                    last = scratch if i == len(read.labels) - 1 else None
-                    item = Item(ids.of_segment(file_id, label), name, label, last)
+                    item = Item(ids.of_segment(file_id, label), name, label)
                     job = SegmentJob(self.request_id, read.stored, *read.bounds[i : i + 2])
-                    yield partial(self._fit, item, job)
+                    yield partial(self._fit, item, job, scratch if i == len(read.labels) - 1 else None)
 
     async def _reads(self) -> AsyncGenerator[Callable[[], Awaitable[tuple[Part, Scratch, Any]]], None]:
         for part in self.opened.files:
@@ -135,8 +119,8 @@ class Batch:
         )
         return part, scratch, await self._result(job)
 
-    async def _fit(self, item: Item, job: SegmentJob) -> Result:
-        return item, await self._result(job)
+    async def _fit(self, item: Item, job: SegmentJob, done_with: Scratch | None) -> Result:
+        return item, await self._result(job), done_with
 
     async def _result(self, job: FileJob | SegmentJob) -> Any:
         """What a job results in; a lost worker or the time limit is a problem of this job alone."""

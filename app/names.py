@@ -29,13 +29,13 @@ class Ids:
 
     def of_file(self, name: str | None, number: int) -> str:
         """The id of the file of this name, or of this number where it has none."""
-        return self._unique(name[:_FILE_LENGTH] if name else f"file-{number}")
+        return self.unique(name[:_FILE_LENGTH] if name else f"file-{number}")
 
     def of_segment(self, file_id: str, label: int | str) -> str:
         """The id of a segment of a file."""
-        return self._unique(f"{file_id[:_FILE_LENGTH]}#{plain(str(label), _LABEL_LENGTH)}")
+        return self.unique(f"{file_id[:_FILE_LENGTH]}#{plain(str(label), _LABEL_LENGTH)}")
 
-    def _unique(self, wanted: str) -> str:
+    def unique(self, wanted: str) -> str:
         """The text, with `~2`, `~3`, ... behind it where it was given before."""
         found = wanted
         while found.casefold() in self._given:
