@@ -4,8 +4,12 @@ import gzip
 import io
 import json
 import os
+import re
+import shlex
+import shutil
 import signal
 import socket
+import subprocess
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -468,3 +472,33 @@ def test_open_batches_are_limited(hurried: Service) -> None:
     assert refused.json()["type"] == "urn:primfit:problem:busy"
     wait_for(lambda: _is_clean(hurried))
     assert len(_lines(hurried.client.post("/fit/batch", json=SMALL))) == 2
+
+
+def test_the_document_shows_a_line_of_each_sort(service: Service) -> None:
+    operation = service.client.get("/openapi.json").json()["paths"]["/fit/batch"]["post"]
+    lines = operation["responses"]["200"]["content"]["application/x-ndjson"]
+    assert lines["schema"] == {"$ref": "#/components/schemas/BatchLine"}
+    assert set(lines["examples"]) == {"answer", "problem", "summary"}
+    for example in lines["examples"].values():
+        _check(example["value"])
+    assert "labels" in {parameter["name"] for parameter in operation["parameters"]}
+    upload = operation["requestBody"]["content"]["multipart/form-data"]["examples"]["cylinder"]["value"]
+    files = [("file", (f"{i}.csv", text.encode())) for i, text in enumerate(upload["file"])]
+    options = ("options", (None, json.dumps(upload["options"]).encode()))
+    assert len(_lines(service.client.post("/fit/batch", files=[*files, options]))) == 3
+
+
+@pytest.mark.skipif(not shutil.which("curl"), reason="runs the lines of the documentation as they stand")
+def test_the_curl_line_of_the_documentation_runs(service: Service) -> None:
+    root = EXAMPLES.parents[1]
+    (line,) = re.findall(r"^curl .*/fit/batch .*$", (root / "docs" / "api.md").read_text(), re.MULTILINE)
+    command = shlex.split(line.replace("localhost:8000", f"127.0.0.1:{service.port}"))
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=60)
+    *items, end = map(json.loads, done.stdout.splitlines())
+    assert [(item["id"], item["answer"]["primitive"]["kind"]) for item in items] == [
+        ("segments.csv#1", "plane"),
+        ("segments.csv#2", "sphere"),
+        ("segments.csv#3", "cylinder"),
+        ("cylinder.csv", "cylinder"),
+    ]
+    assert end["summary"]["fitted"] == 4
