@@ -70,7 +70,7 @@ def run(job: Job) -> Any:
     try:
         return job.work()
     except FileNotFoundError:
-        _log.warning("request %s was given up, and its files are gone", job.request_id)
+        _log.info("request %s was given up, and its files are gone", job.request_id)
         return None
     except Exception as error:
         refused = problem(error, f"/requests/{job.request_id}")
