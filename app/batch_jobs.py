@@ -24,7 +24,7 @@ from app.readers import (
     unpack,
 )
 from app.readers.cloud import AUTO_LABELS
-from app.segments import Label, cut_cloud, part, per_point
+from app.segments import Cut, Label, cut_cloud, part, per_point
 
 PARTS = ("file", "options", "labels")
 _LABELS_LENGTH = 200
@@ -100,7 +100,7 @@ class Stored:
 
 
 @dataclass(frozen=True)
-class Cut:
+class CutFile:
     """The labels of a file that was cut; the rows stored between two `bounds` are the segment of each."""
 
     labels: list[Label]
@@ -173,15 +173,14 @@ class FileJob:
     scratch: Path
     most_segments: int
 
-    def work(self) -> Found | Cut:
+    def work(self) -> Found | CutFile:
         """The answer for a file without labels; of one that has them the segments, cut but not fitted."""
         # Opened first: when the request is given up, the file goes, and is not made again.
         with self.scratch.open("r+b") as scratch:
             cloud = self._read()
             options = check_options(self.options.query, self.options.beside, cloud.options)
-            if cloud.labels is None or not len(cloud.labels):
-                return _found(cloud, options)
-            return self._cut(cloud, options, scratch)
+            cut = cut_cloud(cloud)
+            return _found(cloud, options) if cut is None else self._store(cloud, cut, options, scratch)
 
     def _read(self) -> Cloud:
         content = self.content if isinstance(self.content, bytes) else self.content.read()
@@ -189,20 +188,19 @@ class FileJob:
             return read_json(memoryview(content), self.limits, self.labels)
         return (read_unpacked if self.unpacked else read)(memoryview(content), self.limits, self.labels)
 
-    def _cut(self, cloud: Cloud, options: dict[str, Any], scratch: BinaryIO) -> Cut:
-        segments = cut_cloud(cloud)
-        if len(segments) > self.most_segments:
-            raise too_many_segments(len(segments), self.most_segments)
+    def _store(self, cloud: Cloud, cut: Cut, options: Mapping[str, Any], scratch: BinaryIO) -> CutFile:
+        if len(cut.labels) > self.most_segments:
+            raise too_many_segments(len(cut.labels), self.most_segments)
         arrays = per_point(cloud)
-        for _, rows in segments:
+        for _, rows in cut:
             scratch.write(np.column_stack([values[rows] for values in arrays.values()]).data)
         columns = {name: values[:1].size for name, values in arrays.items()}
-        bounds = np.cumsum([0, *(len(rows) for _, rows in segments)]).tolist()
-        stored = Stored(self.scratch, columns, part(cloud, segments[0][1][:0]), options)
-        return Cut([label for label, _ in segments], bounds, stored)
+        stored = Stored(self.scratch, columns, part(cloud, cut.rows[:0]), options)
+        return CutFile(cut.labels, cut.bounds, stored)
 
 
 def too_many_segments(n_segments: int, limit: int) -> TooLargeError:
+    """The complaint about a file that holds more than the items that are left."""
     return TooLargeError(
         "labels", f"{n_segments} segments; this request may hold {limit} more", f"{n_segments} segments"
     )

@@ -16,7 +16,7 @@ from starlette.requests import ClientDisconnect
 from starlette.responses import StreamingResponse
 from starlette.types import Message, Receive, Scope, Send
 
-from app.batch_jobs import Cut, FileJob, Found, Opened, SegmentJob, Stretch, too_many_segments
+from app.batch_jobs import CutFile, FileJob, Found, Opened, SegmentJob, Stretch, too_many_segments
 from app.items import Item
 from app.jobs import Reply
 from app.multipart import Part
@@ -82,9 +82,9 @@ class Batch:
                 number += 1
                 name = base_name(part.filename)
                 file_id = ids.of_file(name, number)
-                if isinstance(read, Cut) and len(read.labels) - 1 > left:
+                if isinstance(read, CutFile) and len(read.labels) - 1 > left:
                     read = self._problem(too_many_segments(len(read.labels), left + 1))
-                if not isinstance(read, Cut):
+                if not isinstance(read, CutFile):
                     scratch.close()
                     yield partial(_at_hand, (Item(file_id, name, None), read, None))
                     continue
@@ -98,7 +98,7 @@ class Batch:
         for part in self.opened.files:
             yield partial(self._read, part)
 
-    async def _read(self, part: Part) -> tuple[Part, Scratch, Cut | Found | Reply]:
+    async def _read(self, part: Part) -> tuple[Part, Scratch, CutFile | Found | Reply]:
         settings = self.settings
         scratch = self.resources.enter_context(scratch_file(settings))
         content: bytes | Stretch

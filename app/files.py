@@ -122,15 +122,16 @@ def _segments(names: Sequence[str], options: Mapping[str, Any], labels: str) -> 
         whole = Source(Item(ids.of_file(file, number), file, None), number, name)
         try:
             cloud, used = _read(name, options, labels)
-            segments = cut_cloud(cloud)
+            cut = cut_cloud(cloud)
         except Exception as error:
             yield whole, _problem(name, error), {}
             continue
-        for label, rows in segments:
+        if cut is None:
+            yield whole, cloud, used
+            continue
+        for label, rows in cut:
             item = Item(ids.of_segment(whole.item.id, label), file, label)
             yield Source(item, number, name), part(cloud, rows), used
-        if not segments:
-            yield whole, cloud, used
 
 
 def _answer_segment(job: _Job) -> tuple[Source, dict[str, Any] | Problem]:

@@ -1,7 +1,8 @@
 """A cloud whose points carry labels, cut into its segments; and each of them fitted, in Python."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,24 @@ PER_POINT = ("points", "normals", "weights", "standard_deviations")
 
 Label = int | str
 Rows = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How a cloud falls into segments: by their labels, ascending.
+
+    `rows` are those of the first segment in their order, then those of the second, and so on; the segment of
+    the i-th label has those from `bounds[i]` to `bounds[i + 1]`.
+    """
+
+    labels: list[Label]
+    rows: Rows
+    bounds: list[int]
+
+    def __iter__(self) -> Iterator[tuple[Label, Rows]]:
+        """Each label with its rows."""
+        for label, (start, stop) in zip(self.labels, pairwise(self.bounds), strict=True):
+            yield label, self.rows[start:stop]
 
 
 @dataclass(frozen=True)
@@ -69,11 +88,10 @@ def fit_segments(points: ArrayLike, labels: ArrayLike, **options: Any) -> list[S
     return segments
 
 
-def cut(labels: NDArray[Any], arrays: Mapping[str, NDArray[Any]]) -> list[tuple[Label, Rows]]:
-    """Each label, ascending, with the rows that carry it in their order.
+def cut(labels: NDArray[Any], arrays: Mapping[str, NDArray[Any]]) -> Cut:
+    """Cut a cloud by its labels (N,); `arrays` hold a value for each of its points.
 
-    Raises `InvalidPointCloudError` where labels are no whole numbers or strings, or the arrays of a value for
-    each point differ in length.
+    Raises `InvalidPointCloudError` where labels are no whole numbers or strings, or lengths differ.
     """
     labels = _whole(labels)
     n_points = len(arrays["points"]) if arrays["points"].ndim else 0
@@ -83,8 +101,7 @@ def cut(labels: NDArray[Any], arrays: Mapping[str, NDArray[Any]]) -> list[tuple[
                 f"{name} have shape {array.shape}; one for each of {n_points} points is needed", name
             )
     values, which, counts = _distinct(labels)
-    rows = np.argsort(which, kind="stable")
-    return list(zip(values, np.split(rows, np.cumsum(counts)[:-1]), strict=False))
+    return Cut(values, np.argsort(which, kind="stable"), [0, *np.cumsum(counts).tolist()])
 
 
 def _whole(labels: NDArray[Any]) -> NDArray[Any]:
@@ -113,9 +130,11 @@ def _distinct(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
     return names, which, np.bincount(which, minlength=len(names))
 
 
-def cut_cloud(cloud: Cloud) -> list[tuple[Label, Rows]]:
-    """The segments of a cloud with labels; none where it has no labels, or no points."""
-    return [] if cloud.labels is None else cut(cloud.labels, per_point(cloud))
+def cut_cloud(cloud: Cloud) -> Cut | None:
+    """The segments of a cloud; None where it has no labels, or no points that could carry them."""
+    if cloud.labels is None or not len(cloud.labels):
+        return None
+    return cut(cloud.labels, per_point(cloud))
 
 
 def per_point(cloud: Cloud) -> dict[str, NDArray[np.float64]]:
