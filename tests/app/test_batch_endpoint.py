@@ -130,7 +130,7 @@ def test_each_item_is_answered_in_order_as_fit_would(service: Service) -> None:
     counts = {"items": 6, "fitted": 4, "ambiguous": 0, "no_fit": 0, "problems": 2}
     assert json.loads(lines[-1]) == {"summary": counts} and len(lines) == 7
     _lines(response)
-    assert _is_clean(service)
+    wait_for(lambda: _is_clean(service))
 
 
 def test_normals_go_with_their_segment(service: Service) -> None:
@@ -233,7 +233,7 @@ def test_bodies_and_files_may_be_packed(service: Service, n_bytes: int) -> None:
     assert "compressed twice" in _lines(twice)[0]["problem"]["detail"]
     broken = service.client.post("/fit/batch", content=b"1", headers=headers | {"Content-Encoding": "gzip"})
     assert broken.status_code == 422 and broken.json()["errors"][0]["field"] == "body"
-    assert _is_clean(service)
+    wait_for(lambda: _is_clean(service))
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
@@ -397,12 +397,12 @@ def test_lines_come_before_the_last_item_is_done_and_a_lost_worker_costs_one(sin
     assert [line["id"] for line in rest[1:-1]] == ["c.csv#0", "c.csv#1"]
     assert all(line["answer"]["status"] == "fitted" for line in rest[1:-1])
     assert rest[-1]["summary"] == {"items": 4, "fitted": 3, "ambiguous": 0, "no_fit": 0, "problems": 1}
-    assert _is_clean(single)
+    wait_for(lambda: _is_clean(single))
 
 
 @needs_proc
 def test_other_requests_have_their_turn(hurried: Service) -> None:
-    """The worker is still at work after the answer to another request: so the batch was not done before it."""
+    """The worker is at work after the answer to another request: so the batch was not done before it."""
     with _streamed(hurried, ("a.csv", _many(300, 300))) as response:
         lines = response.iter_lines()
         next(lines)
