@@ -8,6 +8,7 @@ from pathlib import Path
 from app.readers.cloud import Cloud
 from app.readers.e57 import read_e57
 from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
+from app.readers.formats import FORMATS
 from app.readers.glb import read_glb
 from app.readers.json_points import read_json
 from app.readers.las import read_las
@@ -36,26 +37,6 @@ __all__ = [
     "read_unpacked",
     "unpack",
 ]
-
-FORMATS = {
-    "CSV": (".csv",),
-    "XYZ": (".xyz",),
-    "TXT": (".txt",),
-    "PTS": (".pts",),
-    "ASC": (".asc",),
-    "NPY": (".npy",),
-    "NPZ": (".npz",),
-    "PLY": (".ply",),
-    "PCD": (".pcd",),
-    "LAS": (".las",),
-    "LAZ": (".laz",),
-    "E57": (".e57",),
-    "STL": (".stl",),
-    "OBJ": (".obj",),
-    "GLB": (".glb",),
-    "JSON": (".json",),
-}
-"""The formats that are read, and the usual suffixes of their files."""
 
 _SIGNATURES = {
     b"\x93NUMPY": read_npy,

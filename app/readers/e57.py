@@ -12,7 +12,6 @@ from typing import Any
 from xml.parsers import expat
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from app.readers.cloud import Array, Cloud, Columns, as_labels, build_cloud, find_label
 from app.readers.errors import UnreadableFileError
@@ -94,7 +93,9 @@ def _check_xml(section: bytes) -> None:
     parser.StartDoctypeDeclHandler = refuse
     try:
         parser.Parse(section.rstrip(b" \0\n"), True)
-    except expat.ExpatError as error:
+    except UnreadableFileError:
+        raise
+    except (expat.ExpatError, LookupError, ValueError) as error:  # the last two: an unknown encoding
         raise UnreadableFileError("file", "the XML section cannot be parsed") from error
 
 
@@ -166,6 +167,8 @@ def _bits(node: Any) -> int:
 
 def _move(points: Array, scan: Any) -> Array:
     """Points in the frame of the file: rotated by the quaternion of the pose, then shifted."""
+    from scipy.spatial.transform import Rotation
+
     if not scan.isDefined("pose"):
         return points
     pose = scan["pose"]

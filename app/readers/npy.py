@@ -69,7 +69,7 @@ def read_npy(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
     array = read_array(data, header)
     if header.dtype.names is not None:
         return read_records(array, "npy", labels)
-    find_label((), labels)
+    find_label((), labels)  # its columns have no names: labels asked for by name are refused
     return build_cloud(as_float(array[:, :3], "dtype"), count_columns(array.shape[1]), "npy")
 
 

@@ -101,8 +101,8 @@ def _name_of_points(archive: ZipFile, members: dict[str, ZipInfo]) -> str:
         found = [name for name in others if _may_be_points(_head(archive, members[name])[1])]
     if len(found) == 1:
         return found[0]
-    many = f"{len(found)} arrays may be" if found else f"none of {len(members)} arrays can be"
-    raise UnreadableFileError("file", f"{many} the points; name one of them points")
+    many = f"{len(found)} arrays may be" if found else f"none of its {len(members)} arrays can be"
+    raise UnreadableFileError("file", f"an NPZ file, but {many} the points; name one of them points")
 
 
 def _may_be_points(header: ArrayHeader) -> bool:

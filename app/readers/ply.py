@@ -65,23 +65,26 @@ def read_ply(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
     columns = find_columns([vertex.properties[i].name for i in places], labels)
     limits.check_points(vertex.count)
     read = _read_binary if order else _read_ascii
-    column = read(data[start:], order, before, vertex)
+    column = read(data[start:], order, before, vertex, vertex is elements[-1])
     return build_from(columns, lambda i: column(places[i]), "ply")
 
 
 def _read_binary(
-    data: memoryview, order: str, before: list[_Element], vertex: _Element
+    data: memoryview, order: str, before: list[_Element], vertex: _Element, last: bool
 ) -> Callable[[int], np.ndarray]:
     start = 0
     for element in before:
         if element.properties:
             start += _rows(data[start:], element, order).nbytes
     rows = _rows(data[start:], vertex, order)
+    left = len(data) - start - rows.nbytes
+    if last and left >= rows.itemsize:
+        raise UnreadableFileError("file", f"{left} bytes follow the {vertex.count} vertices announced")
     return lambda i: rows[f"p{i}"]
 
 
 def _read_ascii(
-    data: memoryview, _: str, before: list[_Element], vertex: _Element
+    data: memoryview, _: str, before: list[_Element], vertex: _Element, last: bool
 ) -> Callable[[int], np.ndarray]:
     skip = sum(element.count for element in before)
     lengths = [0] * len(vertex.properties)
@@ -91,7 +94,7 @@ def _read_ascii(
         )
     lists = [i for i, item in enumerate(vertex.properties) if item.length_kind]
     starts = [0, *accumulate(1 + length for length in lengths)]
-    table = read_rows(data, skip, vertex.count, starts[-1], "vertex")
+    table = read_rows(data, skip, vertex.count, starts[-1], "vertex", last)
     if any((table[:, starts[i]] != lengths[i]).any() for i in lists):
         raise _uneven()
     return lambda i: table[:, starts[i]]
