@@ -25,6 +25,7 @@ from app.readers.limits import UNLIMITED, Limits
 from app.readers.lines import check_lines, is_number, lines
 
 _SAMPLE = 20
+_HEAD = 1024 * 1024
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _COMMENT = re.compile("#|//")
 _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
@@ -81,7 +82,8 @@ def _look(text: bytes, labels: str | None) -> _Layout:
     """Delimiter, header and columns from the first lines."""
     sample: list[tuple[int, str]] = []
     comments: list[str] = []
-    for number, line in enumerate(lines(text), 1):
+    head = text if len(text) <= _HEAD else text[: text.rfind(b"\n", 0, _HEAD)]
+    for number, line in enumerate(lines(head), 1):
         row = _COMMENT.split(line, maxsplit=1)[0].strip()
         if row:
             sample.append((number, row))
@@ -90,7 +92,8 @@ def _look(text: bytes, labels: str | None) -> _Layout:
         if len(sample) == _SAMPLE:
             break
     if not sample:
-        raise InvalidPointsError("file", "the file holds no points")
+        where = "file holds" if head is text else "first MiB holds"
+        raise InvalidPointsError("file", f"the {where} no points")
     if re.match(r"(?i)(ncols|nrows)\s", sample[0][1]):
         raise UnreadableFileError("file", "an ESRI grid of heights is not a list of points; export it as XYZ")
     announced = _announced(sample)
