@@ -108,7 +108,7 @@ def _primfit(
 def fit(
     files: Annotated[
         list[str],
-        typer.Argument(metavar="FILE...", help="CSV, XYZ, TXT, NPY, PLY or JSON; '-' is standard input."),
+        typer.Argument(metavar="FILE...", help="Clouds of any format, also packed; '-' is standard input."),
     ],
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON object a line a file: the answer of POST /fit.")
@@ -155,7 +155,7 @@ def fit(
 def batch(
     inputs: Annotated[
         list[str],
-        typer.Argument(metavar="INPUT...", help="Files, and folders searched for .csv .npy .ply .txt .xyz."),
+        typer.Argument(metavar="INPUT...", help="Files, and folders searched for clouds by their suffix."),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the answers.", file_okay=False)],
     format: Annotated[
@@ -180,7 +180,7 @@ def batch(
 
     Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
     """
-    from app.batch import CollisionError, plan, run
+    from app.batch import SUFFIXES, CollisionError, plan, run
 
     options = _options(kind, classifier, criterion, max_error, seed, constraint, initial_guess)
     try:
@@ -189,7 +189,7 @@ def batch(
         _complain("batch", str(error))
         raise typer.Exit(BAD_INPUT) from None
     if not targets:
-        _complain("batch", "no .csv .npy .ply .txt .xyz file was found")
+        _complain("batch", f"no {' '.join(SUFFIXES)} file was found")
         raise typer.Exit(BAD_INPUT)
     try:
         summary = run(targets, format, options, workers)
