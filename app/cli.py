@@ -116,7 +116,7 @@ def _primfit(
 def fit(
     files: Annotated[
         list[str],
-        typer.Argument(metavar="FILE...", help="A cloud in any format that is read; '-' is standard input."),
+        typer.Argument(metavar="FILE...", help="Clouds of any format, also packed; '-' is standard input."),
     ],
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON object a line a file: the answer of POST /fit.")
@@ -178,7 +178,7 @@ def _answers(files: list[str], options: dict[str, Any], labels: str | None) -> I
 def batch(
     inputs: Annotated[
         list[str],
-        typer.Argument(metavar="INPUT...", help="Files, and folders searched for clouds by suffix."),
+        typer.Argument(metavar="INPUT...", help="Files, and folders searched for clouds by their suffix."),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the answers.", file_okay=False)],
     format: Annotated[

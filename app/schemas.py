@@ -196,7 +196,7 @@ class FitRequest(BaseModel):
 
 
 class FitUpload(BaseModel):
-    """A cloud as a file: CSV, XYZ, TXT, NPY, PLY or JSON, recognised by content."""
+    """A cloud as a file of any format that is read, also packed by gzip or zstd, recognised by content."""
 
     file: Upload = Field(description="the file")
     options: FitOptions | None = Field(None, description="options as JSON text")
@@ -278,7 +278,7 @@ class Receipt(BaseModel):
         description="of the weights or standard deviations as little-endian float64, if there were any"
     )
     n_points: int
-    format: str = Field(description="json, text, npy or ply")
+    format: str = Field(description="json, text, npy, ply, stl, obj or glb")
     columns: list[str] = Field(description="columns used, by their name in the file")
     options: UsedOptions
     versions: Versions

@@ -42,8 +42,9 @@ def read_glb(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
         for place, attributes, matrix in asset.parts():
             n_vertices += asset.count(place, attributes)
             limits.check_points(n_vertices)
-            vertices.append(asset.vectors(place, attributes["POSITION"]) @ matrix[:3, :3].T + matrix[:3, 3])
-            normal = attributes.get("NORMAL")
+            given, normal = asset.vectors(place, attributes["POSITION"]), attributes.get("NORMAL")
+            moved = not np.array_equal(matrix, np.eye(4))
+            vertices.append(given @ matrix[:3, :3].T + matrix[:3, 3] if moved else given)
             turned = None if normal is None else asset.vectors(place, normal) @ _cofactors(matrix[:3, :3]).T
             normals.append(turned)
     points = np.vstack([np.empty((0, 3)), *vertices])

@@ -9,6 +9,7 @@ from app.readers.cloud import Array
 from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 
 _LINE_LIMIT = 64 * 1024
+_BOM = b"\xef\xbb\xbf"
 
 Rows = Callable[[], Iterator[tuple[int, str]]]
 
@@ -27,7 +28,7 @@ def check_lines(data: memoryview) -> None:
 
 def lines(text: bytes) -> Iterator[str]:
     """The lines of a text in UTF-8, whatever ends them; what is not UTF-8 is replaced."""
-    return iter(TextIOWrapper(BytesIO(text), "utf-8", errors="replace"))
+    return iter(TextIOWrapper(BytesIO(text.removeprefix(_BOM)), "utf-8", errors="replace"))
 
 
 def is_number(cell: str) -> bool:

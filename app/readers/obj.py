@@ -11,14 +11,14 @@ from app.readers.limits import UNLIMITED, Limits
 from app.readers.lines import check_lines, lines, load_triples
 from app.readers.mesh import build_mesh
 
-_HEAD = 64 * 1024
+_HEAD = 1024 * 1024
 _KEYWORDS = {"v", "vn", "vt", "vp", "f", "l", "p", "o", "g", "s", "mtllib", "usemtl"}
 _NUMBER = rb"[ \t]+[-+]?\.?\d[^\s]*"
 _VERTEX = re.compile(rb"^[ \t]*v" + 3 * _NUMBER, re.MULTILINE)
 
 
 def is_obj(data: memoryview) -> bool:
-    """Whether the first line that says something is one of an OBJ file, and some line is a vertex.
+    """Whether the first line that says something is one of an OBJ file, and a line of the first MiB a vertex.
 
     No table passes: its rows start with numbers, and a header names the coordinates.
     """
@@ -26,7 +26,7 @@ def is_obj(data: memoryview) -> bool:
         words = line.partition("#")[0].split()
         if words:
             is_header = {"x", "y", "z"} <= {canonical(word) for word in words}
-            return words[0] in _KEYWORDS and not is_header and _VERTEX.search(data) is not None
+            return words[0] in _KEYWORDS and not is_header and _VERTEX.search(data[:_HEAD]) is not None
     return False
 
 

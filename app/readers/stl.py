@@ -15,17 +15,14 @@ from app.readers.limits import UNLIMITED, Limits
 from app.readers.lines import check_lines, lines, load_triples
 from app.readers.mesh import build_mesh
 
-_HEADER = 84
+_HEAD, _HEADER = 1024, 84
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_FACET = re.compile(rb"^\s*facet\b", re.IGNORECASE | re.MULTILINE)
+_ASCII = re.compile(rb"solid\s(?:.*\n)?\s*facet\s", re.IGNORECASE)
 
 
 def is_stl(data: memoryview) -> bool:
     """Whether the bytes are an STL file: a binary one has no signature, but a count that fits its length."""
-    if len(data) < 6:
-        return False
-    ascii = bytes(data[:5]).lower() == b"solid" and _FACET.search(data[: 64 * 1024]) is not None
-    return ascii or _is_binary(data)
+    return _ASCII.match(data[:_HEAD]) is not None or _is_binary(data)
 
 
 def _is_binary(data: memoryview) -> bool:

@@ -25,6 +25,7 @@ from app.readers.limits import UNLIMITED, Limits
 from app.readers.lines import check_lines, is_number, lines
 
 _SAMPLE = 20
+_HEAD = 1024 * 1024
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _COMMENT = re.compile("#|//")
 _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
@@ -48,7 +49,7 @@ class _Layout:
 def read_text(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
     """Read a text of one point a line; without a header `labels` is the number of a column, from 1."""
     check_lines(data)
-    text = bytes(data).removeprefix(b"\xef\xbb\xbf")
+    text = bytes(data)
     if b"\n" not in text:
         text = text.replace(b"\r", b"\n")
     if b"\0" in text:
@@ -81,7 +82,8 @@ def _look(text: bytes, labels: str | None) -> _Layout:
     """Delimiter, header and columns from the first lines."""
     sample: list[tuple[int, str]] = []
     comments: list[str] = []
-    for number, line in enumerate(lines(text), 1):
+    start = text if len(text) <= _HEAD else text[: text.rfind(b"\n", 0, _HEAD)]
+    for number, line in enumerate(lines(start), 1):
         row = _COMMENT.split(line, maxsplit=1)[0].strip()
         if row:
             sample.append((number, row))
@@ -90,7 +92,8 @@ def _look(text: bytes, labels: str | None) -> _Layout:
         if len(sample) == _SAMPLE:
             break
     if not sample:
-        raise InvalidPointsError("file", "the file holds no points")
+        where = "file holds" if start is text else "first MiB holds"
+        raise InvalidPointsError("file", f"the {where} no points")
     if re.match(r"(?i)(ncols|nrows)\s", sample[0][1]):
         raise UnreadableFileError("file", "an ESRI grid of heights is not a list of points; export it as XYZ")
     announced = _announced(sample)
@@ -173,9 +176,14 @@ def _commented_header(comments: list[str], delimiter: str | None, width: int) ->
 
 
 def _cells(line: str, delimiter: str | None) -> list[str]:
+    """The cells of a row; one in quotes may hold the delimiter, unless that is white space."""
     if delimiter is not None:
         line = line.rstrip().rstrip(delimiter)
-    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+    if delimiter is None or '"' not in line:
+        cells = line.split(delimiter)
+    else:
+        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    return [cell.strip().strip('"').strip() for cell in cells]
 
 
 def _rows(text: bytes, layout: _Layout) -> Iterator[tuple[int, str]]:
@@ -208,7 +216,10 @@ def _load(text: bytes, layout: _Layout, labels: list[str]) -> np.ndarray:
             if not quoted and _width(line, layout) != layout.width:
                 raise ValueError
             if label is not None:
-                cell = _cell(line, layout, label)
+                cells = _cells(line, layout.delimiter)
+                if len(cells) != layout.width:
+                    raise ValueError
+                cell = cells[label]
                 labels.append(seen.setdefault(cell, cell))
             yield line
 
@@ -221,17 +232,6 @@ def _load(text: bytes, layout: _Layout, labels: list[str]) -> np.ndarray:
         ndmin=2,
         quotechar='"' if quoted else None,
     )
-
-
-def _cell(line: str, layout: _Layout, index: int) -> str:
-    """One cell of a row; in quotes it may hold the delimiter."""
-    if layout.delimiter is None or '"' not in line:
-        cells = line.split(layout.delimiter)
-    else:
-        cells = next(csv.reader([line], delimiter=layout.delimiter, skipinitialspace=True))
-    if len(cells) != layout.width:
-        raise ValueError
-    return cells[index].strip().strip('"').strip()
 
 
 def _explain(text: bytes, layout: _Layout) -> UnreadableFileError:

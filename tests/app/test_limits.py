@@ -16,7 +16,8 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.app.processes import needs_proc, ticks, workers
+from tests.app.conftest import workers_of
+from tests.app.processes import needs_proc, ticks
 
 SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
 MIB = 2**20
@@ -180,7 +181,7 @@ class _Background(threading.Thread):
 
 @needs_proc
 def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
-    before = workers(service.pid)
+    before = workers_of(service.pid)
     assert len(before) == 2
     idle = {pid: ticks(pid) for pid in before}
     request = _Background(service, _npy(_cylinder(2_000_000)))
@@ -194,13 +195,13 @@ def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
     for _ in range(3):
         _works(service)
     assert _is_clean(service)
-    assert set(workers(service.pid)).isdisjoint(before)
+    assert set(workers_of(service.pid)).isdisjoint(before)
 
 
 @needs_proc
 def test_a_worker_that_died_while_idle_is_replaced_unnoticed(strict_service: Any) -> None:
     for _ in range(5):
-        (worker,) = workers(strict_service.pid)
+        (worker,) = workers_of(strict_service.pid)
         os.kill(worker, signal.SIGKILL)
         assert strict_service.client.get("/readyz").status_code == 200
         _works(strict_service)
@@ -208,19 +209,19 @@ def test_a_worker_that_died_while_idle_is_replaced_unnoticed(strict_service: Any
 
 @needs_proc
 def test_work_over_the_time_limit_is_stopped(strict_service: Any) -> None:
-    (before,) = workers(strict_service.pid)
+    (before,) = workers_of(strict_service.pid)
     os.kill(before, signal.SIGSTOP)
     start = time.monotonic()
     response = strict_service.client.post("/fit", json=SMALL)
     _is_problem(response, 504, "time-limit")
     assert time.monotonic() - start < 5.0
     _works(strict_service)
-    assert workers(strict_service.pid) != [before]
+    assert workers_of(strict_service.pid) != [before]
 
 
 @needs_proc
 def test_more_requests_than_may_wait_are_refused_at_once(strict_service: Any) -> None:
-    (worker,) = workers(strict_service.pid)
+    (worker,) = workers_of(strict_service.pid)
     os.kill(worker, signal.SIGSTOP)
     requests = [_Background(strict_service, _npy(_cylinder(100))) for _ in range(4)]
     for request in requests:
