@@ -11,6 +11,7 @@
 from importlib.metadata import version
 
 from app.engine import fit
+from app.segments import Segment, fit_segments
 from fitting.config import Config
 from fitting.constraints import Constraints
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
@@ -34,10 +35,12 @@ __all__ = [
     "Plane",
     "Primitive",
     "Recognition",
+    "Segment",
     "Sphere",
     "Torus",
     "__version__",
     "fit",
+    "fit_segments",
     "parameters",
     "recognize",
 ]

@@ -1,7 +1,8 @@
 """The service: routes that translate, an error table, and a pool of workers that read and fit."""
 
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
 from importlib.metadata import version as version_of
 from pathlib import Path
 from time import perf_counter
@@ -12,9 +13,11 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from app import jobs, openapi, problems
+from app.batch_jobs import OpenJob
+from app.batch_stream import Batch, Lines, scratch_file
 from app.body import received
-from app.problems import NotReadyError, UnsupportedMediaTypeError
-from app.readers import Limits
+from app.problems import NotReadyError, UnsupportedCodingError, UnsupportedMediaTypeError
+from app.readers import CODINGS
 from app.request_id import RequestId
 from app.schemas import FitAnswer, Live, Ready, Versions
 from app.settings import Settings
@@ -55,7 +58,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         jobs.run,
         time_limit=settings.fit_time_limit,
         queue_size=settings.queue_size,
-        preload=["app.jobs", "scipy.optimize", "scipy.spatial", "sklearn.neighbors"],
+        preload=["app.jobs", "app.batch_jobs", "scipy.optimize", "scipy.spatial", "sklearn.neighbors"],
     )
     app.state.pool.start()
     try:
@@ -67,16 +70,39 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 @router.post("/fit", operation_id="fit", response_model=FitAnswer, **openapi.FIT)
 async def fit(request: Request) -> Response:
     """Say which primitive a cloud is, with its parameters, its error, and every kind that was tried."""
-    media_type = _media_type(request)
+    media_type, coding = _media_type(request), _coding(request)
     started = perf_counter()
     async with received(request, request.app.state.settings) as body:
         seconds = {"receive": perf_counter() - started}
-        reply = await request.app.state.pool.run(_job(request, media_type, body), request.is_disconnected)
+        reply = await request.app.state.pool.run(
+            _job(request, media_type, coding, body), request.is_disconnected
+        )
     if reply is None:
         raise ClientDisconnect
     seconds |= reply.seconds | {"total": perf_counter() - started}
     timing = ", ".join(f"{name};dur={1000 * value:.1f}" for name, value in seconds.items())
     return Response(reply.content, reply.status, {"Server-Timing": timing}, reply.media_type)
+
+
+@router.post("/fit/batch", operation_id="fit_batch", response_class=Lines, **openapi.FIT_BATCH)
+async def fit_batch(request: Request) -> Response:
+    """Fit many clouds, and the segments of clouds whose points have labels; the answers come line by line."""
+    media_type, coding = _media_type(request), _coding(request)
+    settings, pool = request.app.state.settings, request.app.state.pool
+    async with AsyncExitStack() as resources:
+        run = resources.enter_context(pool.batch())
+        body = await resources.enter_async_context(received(request, settings))
+        unpacked = Path(resources.enter_context(scratch_file(settings)).name) if coding else None
+        job = _open_job(request, media_type, coding, body, unpacked)
+        opened = await pool.run(job, request.is_disconnected)
+        if opened is None:
+            raise ClientDisconnect
+        if isinstance(opened, jobs.Reply):
+            return Response(opened.content, opened.status, media_type=opened.media_type)
+        kept = resources.pop_all()
+    run = partial(run, abandoned=request.is_disconnected)
+    batch = Batch(request.state.request_id, unpacked or body, media_type, opened, settings, run, kept)
+    return Lines(batch.lines(), kept, settings.send_timeout)
 
 
 @router.get("/livez", operation_id="livez", response_model=Live, **openapi.GET)
@@ -111,21 +137,48 @@ def _media_type(request: Request) -> str:
     media_type = (
         request.headers.get("content-type", "application/octet-stream").partition(";")[0].strip().lower()
     )
-    encoding = request.headers.get("content-encoding", "identity")
-    if media_type not in openapi.MEDIA_TYPES or encoding != "identity":
+    if media_type not in openapi.MEDIA_TYPES:
         raise UnsupportedMediaTypeError(openapi.WHAT_IS_READ)
     return media_type
 
 
-def _job(request: Request, media_type: str, body: bytes | Path) -> jobs.FitJob:
+def _coding(request: Request) -> str | None:
+    """How the body is packed: `gzip` (by its old name, too) or `zstd`, None if it is not."""
+    names = ",".join(request.headers.getlist("content-encoding")).lower().split(",")
+    names = [name.strip().replace("x-gzip", "gzip") for name in names]
+    codings = [name for name in names if name not in ("", "identity")]
+    if len(codings) > 1 or not set(codings) <= set(CODINGS):
+        raise UnsupportedCodingError(f"send the body as it is, or in one of {', '.join(CODINGS)}, once")
+    return codings[0] if codings else None
+
+
+def _job(request: Request, media_type: str, coding: str | None, body: bytes | Path) -> jobs.FitJob:
     settings: Settings = request.app.state.settings
     return jobs.FitJob(
         request.state.request_id,
         body,
         media_type,
         request.headers.get("content-type", ""),
+        coding,
         request.query_params.multi_items(),
-        Limits(settings.max_points, settings.max_json_points, settings.max_body_bytes),
+        settings.limits,
+    )
+
+
+def _open_job(
+    request: Request, media_type: str, coding: str | None, body: bytes | Path, unpacked: Path | None
+) -> OpenJob:
+    settings: Settings = request.app.state.settings
+    return OpenJob(
+        request.state.request_id,
+        body,
+        media_type,
+        request.headers.get("content-type", ""),
+        coding,
+        unpacked,
+        request.query_params.multi_items(),
+        settings.limits,
+        settings.max_batch_items,
     )
 
 

@@ -2,7 +2,7 @@
 
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,14 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from app.answer import to_json
-from app.files import Problem, answer_files
+from app.files import Problem, answer_files, answer_segments
+from app.names import Ids, plain
+from app.readers import FORMATS
 from app.shrec22 import prediction
 
-SUFFIXES = (".csv", ".npy", ".ply", ".txt", ".xyz")
+# Answers are JSON: in a folder none is taken for a cloud.
+SUFFIXES = tuple(sorted(suffix for name in FORMATS.keys() - {"JSON"} for suffix in FORMATS[name]))
+PACKED = (".gz", ".zst")
 ENDINGS = {"json": ".json", "shrec22": "_prediction.txt"}
 
 
@@ -26,12 +30,15 @@ class CollisionError(ValueError):
 class Summary:
     """How many answers of each status were written, and what could not be answered."""
 
+    n_clouds: int = 0
     statuses: Counter[str] = field(default_factory=Counter)
     problems: list[Problem] = field(default_factory=list)
 
 
-def plan(inputs: Sequence[str], out: Path, format: str) -> dict[Path, str]:
+def plan(inputs: Sequence[str], out: Path, format: str, labels: str | None = None) -> dict[Path, str]:
     """Output -> input, in a fixed order; a folder is searched and its inner folders are kept in `out`.
+
+    With `labels` the answers for the segments of an input go into a folder: its output without the ending.
 
     Raises
     ------
@@ -40,15 +47,33 @@ def plan(inputs: Sequence[str], out: Path, format: str) -> dict[Path, str]:
     """
     targets: dict[Path, str] = {}
     for name, inner in _expand(inputs):
-        target = out / inner.with_name(inner.stem + ENDINGS[format])
+        target = out / inner.with_name(_unpacked(inner).stem + ENDINGS[format])
         taken = targets.get(target)
         if taken is not None and Path(taken).resolve() != Path(name).resolve():
             raise CollisionError(f"{taken} and {name} would both write {target}")
         targets.setdefault(target, name)
+    sources = {Path(name).resolve() for name in targets.values()}
     for target, name in targets.items():
-        if target.resolve() in {Path(n).resolve() for n in targets.values()}:
+        if target.resolve() in sources:
             raise CollisionError(f"the answer for {name} would overwrite the input {target}")
+    if labels:
+        _check_folders({_folder(target, format): name for target, name in targets.items()})
     return targets
+
+
+def _folder(target: Path, format: str) -> Path:
+    """Where the answers for the segments of an input go, if its own answer would be `target`."""
+    return target.with_name(target.name.removesuffix(ENDINGS[format]))
+
+
+def _check_folders(folders: Mapping[Path, str]) -> None:
+    """No two inputs write into one folder, and none into a folder that an input lies in."""
+    resolved = {folder.resolve(): name for folder, name in folders.items()}
+    for folder, name in resolved.items():
+        for outer in resolved.keys() & set(folder.parents):
+            raise CollisionError(f"{resolved[outer]} and {name} would both write into {outer}")
+        for inner in resolved.keys() & set(Path(name).resolve().parents):
+            raise CollisionError(f"the answers for {resolved[inner]} would lie beside the input {name}")
 
 
 def _expand(inputs: Sequence[str]) -> list[tuple[str, Path]]:
@@ -61,7 +86,7 @@ def _expand(inputs: Sequence[str]) -> list[tuple[str, Path]]:
             continue
         for file in sorted(path.rglob("*")):
             if (
-                file.suffix.lower() in SUFFIXES
+                _unpacked(file).suffix.lower() in SUFFIXES
                 and file.is_file()
                 and not file.name.endswith(ENDINGS["shrec22"])
             ):
@@ -69,21 +94,50 @@ def _expand(inputs: Sequence[str]) -> list[tuple[str, Path]]:
     return found
 
 
-def run(targets: Mapping[Path, str], format: str, options: Mapping[str, Any], workers: int) -> Summary:
+def _unpacked(file: Path) -> Path:
+    """`cloud.csv` for `cloud.csv.gz`."""
+    return file.with_suffix("") if file.suffix.lower() in PACKED else file
+
+
+def run(
+    targets: Mapping[Path, str],
+    format: str,
+    options: Mapping[str, Any],
+    workers: int,
+    labels: str | None = None,
+) -> Summary:
     """Answer every input, write what was found, and say what was not; progress shows on a terminal."""
     summary = Summary()
     terminal = Console(stderr=True)
     columns = (TextColumn("fitting"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress:
         task = progress.add_task("fitting", total=len(targets))
-        answers = answer_files(list(targets.values()), options, workers)
-        for (target, name), answer in zip(targets.items(), answers, strict=True):
+        if labels:
+            done = _segments(targets, format, options, workers, labels)
+        else:
+            answers = answer_files(list(targets.values()), options, workers)
+            done = zip(range(1, len(targets) + 1), targets, targets.values(), answers, strict=True)
+        for number, target, name, answer in done:
             _keep(target, name, format, answer, summary)
-            progress.advance(task)
+            progress.update(task, completed=number)
     return summary
 
 
+def _segments(
+    targets: Mapping[Path, str], format: str, options: Mapping[str, Any], workers: int, labels: str
+) -> Iterator[tuple[int, Path, str, dict[str, Any] | Problem]]:
+    """The number of an input, where the answer goes, what to call it, and the answer."""
+    outputs, names = list(targets), Ids()
+    for source, answer in answer_segments(list(targets.values()), options, labels, workers):
+        target = outputs[source.number - 1]
+        if source.item.label is not None:
+            own = plain(str(source.item.label)) or "_"
+            target = Path(names.unique(str(_folder(target, format) / own)) + ENDINGS[format])
+        yield source.number, target, source.title, answer
+
+
 def _keep(target: Path, name: str, format: str, answer: dict[str, Any] | Problem, summary: Summary) -> None:
+    summary.n_clouds += 1
     if isinstance(answer, Problem):
         summary.problems.append(answer)
         return

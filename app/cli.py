@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -78,6 +78,14 @@ InitialGuess = Annotated[
     str | None,
     typer.Option(metavar="JSON", help="A primitive, as in an answer, that joins the starts of its kind."),
 ]
+Labels = Annotated[
+    str | None,
+    typer.Option(
+        metavar="COLUMN",
+        help="Fit each segment of a file: the points of one label in this column; 'auto' looks for a column "
+        "of a usual name.",
+    ),
+]
 Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", show_default="0")]
 
 app = typer.Typer(
@@ -108,11 +116,12 @@ def _primfit(
 def fit(
     files: Annotated[
         list[str],
-        typer.Argument(metavar="FILE...", help="CSV, XYZ, TXT, NPY, PLY or JSON; '-' is standard input."),
+        typer.Argument(metavar="FILE...", help="Clouds of any format, also packed; '-' is standard input."),
     ],
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON object a line a file: the answer of POST /fit.")
     ] = False,
+    labels: Labels = None,
     kind: Kinds = None,
     classifier: Classifier = None,
     criterion: Criterion = None,
@@ -123,7 +132,8 @@ def fit(
 ) -> None:
     """Recognise and fit the cloud in each FILE.
 
-    JSON is that of POST /fit, with its options if it holds any.
+    JSON is that of POST /fit, with its options if it holds any. With --labels each line of --json is that of
+    POST /fit/batch.
 
     Exit status, the worst of the files: 0 fitted, 3 ambiguous, 4 no_fit, 2 bad input.
     After a bad file the others are still done.
@@ -131,19 +141,20 @@ def fit(
     from rich.console import Console
 
     from app.answer import to_json
-    from app.files import Problem, answer_files
+    from app.files import Problem
     from app.render import render
 
     options = _options(kind, classifier, criterion, max_error, seed, constraint, initial_guess)
     console = Console(highlight=False)
     worst = 0
-    for name, answer in zip(files, answer_files(files, options, workers=1), strict=True):
+    for name, item, answer in _answers(files, options, labels):
         if isinstance(answer, Problem):
             _complain(answer.name, answer.message)
             worst = _worse(worst, answer.exit_status)
             continue
         if as_json:
-            sys.stdout.buffer.write(to_json(answer) + b"\n")
+            line = to_json(answer)
+            sys.stdout.buffer.write(item.line("answer", line) if item else line + b"\n")
             sys.stdout.flush()
         else:
             console.print(render(name, answer))
@@ -151,11 +162,23 @@ def fit(
     raise typer.Exit(worst)
 
 
+def _answers(files: list[str], options: dict[str, Any], labels: str | None) -> Iterator[tuple[str, Any, Any]]:
+    """What to call each answer, its item where there are segments, and the answer or a problem."""
+    from app.files import answer_files, answer_segments
+
+    if not labels:
+        for name, answer in zip(files, answer_files(files, options, workers=1), strict=True):
+            yield name, None, answer
+        return
+    for source, answer in answer_segments(files, options, labels, workers=1):
+        yield source.title, source.item, answer
+
+
 @app.command()
 def batch(
     inputs: Annotated[
         list[str],
-        typer.Argument(metavar="INPUT...", help="Files, and folders searched for .csv .npy .ply .txt .xyz."),
+        typer.Argument(metavar="INPUT...", help="Files, and folders searched for clouds by their suffix."),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the answers.", file_okay=False)],
     format: Annotated[
@@ -168,6 +191,7 @@ def batch(
             min=1, show_default="one a core", help="Processes; any number of them gives the same answers."
         ),
     ] = os.cpu_count() or 1,
+    labels: Labels = None,
     kind: Kinds = None,
     classifier: Classifier = None,
     criterion: Criterion = None,
@@ -178,28 +202,30 @@ def batch(
 ) -> None:
     """Recognise and fit many clouds; the answer of each goes into a file of its own.
 
+    With --labels that of each segment goes into NAME/LABEL.json.
+
     Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
     """
-    from app.batch import CollisionError, plan, run
+    from app.batch import SUFFIXES, CollisionError, plan, run
 
     options = _options(kind, classifier, criterion, max_error, seed, constraint, initial_guess)
     try:
-        targets = plan(inputs, out, format)
+        targets = plan(inputs, out, format, labels)
     except CollisionError as error:
         _complain("batch", str(error))
         raise typer.Exit(BAD_INPUT) from None
     if not targets:
-        _complain("batch", "no .csv .npy .ply .txt .xyz file was found")
+        _complain("batch", f"no {' '.join(SUFFIXES)} file was found")
         raise typer.Exit(BAD_INPUT)
     try:
-        summary = run(targets, format, options, workers)
+        summary = run(targets, format, options, workers, labels)
     except OSError as error:
         _complain(str(error.filename or out), f"cannot be written: {error.strerror or error}")
         raise typer.Exit(BAD_INPUT) from None
     for problem in summary.problems:
         _complain(problem.name, problem.message)
     counts = ", ".join(f"{summary.statuses[status]} {status}" for status in EXIT)
-    print(f"{len(targets)} clouds: {counts}, {len(summary.problems)} with a problem; answers in {out}")
+    print(f"{summary.n_clouds} clouds: {counts}, {len(summary.problems)} with a problem; answers in {out}")
     raise typer.Exit(max((p.exit_status for p in summary.problems), key=BADNESS.index, default=0))
 
 
@@ -281,29 +307,23 @@ def _options(
 ) -> dict[str, Any]:
     """The options that were given, as the engine takes them, checked before the first file is read."""
     from app.constraint_flags import parse_constraints
-    from fitting.config import Config
-    from fitting.constraints import Constraints
-    from fitting.errors import InvalidOptionError
-    from fitting.guess import guess_of
+    from app.engine import InvalidOptionError, config_of
 
-    given = {"criterion": criterion, "max_error": max_error, "seed": seed}
+    given = {"classifier": classifier, "criterion": criterion, "max_error": max_error, "seed": seed}
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if kind:
         options["kinds"] = list(dict.fromkeys(str(k) for k in kind))
     try:
-        checked = dict(options)
         if constraint:
             options["constraints"] = parse_constraints(constraint)
-            checked["constraints"] = Constraints.of(options["constraints"])
         if initial_guess is not None:
             options["initial_guess"] = _json(initial_guess)
-            checked["initial_guess"] = guess_of(options["initial_guess"])
-        Config(**checked)
+        config_of(**options)
     except InvalidOptionError as error:
         option = error.field.partition(".")[0]
         _complain(f"--{FLAGS.get(option, option).replace('_', '-')}", str(error))
         raise typer.Exit(BAD_INPUT) from None
-    return options if classifier is None else options | {"classifier": classifier}
+    return options
 
 
 def _json(text: str) -> Any:

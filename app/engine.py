@@ -62,19 +62,32 @@ def fit(
     InvalidOptionError
         An option is unknown or out of range.
     """
+    config = config_of(kinds, classifier, criterion, max_error, seed, constraints, initial_guess)
+    given = None if normals is None else as_floats(normals, "normals")
+    return recognize(
+        as_floats(points, "points"), config, load_classifier(classifier), given, weights, standard_deviations
+    )
+
+
+def config_of(
+    kinds: Sequence[str] | None = None,
+    classifier: str = "network",
+    criterion: str = "robust",
+    max_error: float | None = None,
+    seed: int = 0,
+    constraints: Mapping[str, Any] | None = None,
+    initial_guess: Primitive | Mapping[str, Any] | None = None,
+) -> Config:
+    """The options of `fit`, checked before there is a cloud; raises `InvalidOptionError`."""
     if classifier not in CLASSIFIERS:
         raise InvalidOptionError(f"classifier must be one of {', '.join(CLASSIFIERS)}", "classifier")
-    config = Config(
+    return Config(
         kinds=KINDS if kinds is None else cast(tuple[str, ...], kinds),
         criterion=cast(Criterion, criterion),
         max_error=max_error,
         seed=seed,
         constraints=UNCONSTRAINED if constraints is None else Constraints.of(constraints),
         initial_guess=guess_of(initial_guess) if isinstance(initial_guess, Mapping) else initial_guess,
-    )
-    given = None if normals is None else _array(normals, "normals")
-    return recognize(
-        _array(points, "points"), config, load_classifier(classifier), given, weights, standard_deviations
     )
 
 
@@ -89,7 +102,8 @@ def fit_cloud(cloud: Cloud, options: Mapping[str, Any]) -> Recognition:
     )
 
 
-def _array(values: ArrayLike, field: str) -> Array:
+def as_floats(values: ArrayLike, field: str) -> Array:
+    """An array of float64; raises `InvalidPointCloudError` for what is no array of numbers."""
     try:
         return np.asarray(values, np.float64)
     except (TypeError, ValueError) as error:

@@ -2,21 +2,28 @@
 
 import signal
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from app.answer import answer
 from app.engine import fit_cloud
+from app.items import Item
+from app.names import Ids, base_name, plain
 from app.readers import Cloud, UnreadableFileError, read
+from app.segments import cut_cloud, part
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 
 STDIN = "-"
+_AHEAD = 4
+_T = TypeVar("_T")
+_R = TypeVar("_R")
 
 
 @dataclass(frozen=True)
@@ -34,18 +41,28 @@ def answer_file(name: str, options: Mapping[str, Any]) -> dict[str, Any] | Probl
     `options` are those of `engine.fit` that were given beside the file.
     """
     try:
-        data = sys.stdin.buffer.read() if name == STDIN else Path(name).read_bytes()
-        cloud = read(data)
-        used = _with_options_of(cloud, options)
+        cloud, used = _read(name, options, None)
         return answer(fit_cloud(cloud, used), cloud, used)
-    except OSError as error:
-        return Problem(name, error.strerror or str(error))
-    except UnreadableFileError as error:
-        return Problem(name, f"{error.field}: {error.message}")
-    except (InvalidPointCloudError, InvalidOptionError) as error:
-        return Problem(name, str(error))
     except Exception as error:  # one file must not cost the others their answers
-        return Problem(name, f"internal error, please report it: {error!r}", exit_status=1)
+        return _problem(name, error)
+
+
+def _read(name: str, options: Mapping[str, Any], labels: str | None) -> tuple[Cloud, dict[str, Any]]:
+    """The cloud in a file, and the options that hold for it."""
+    data = sys.stdin.buffer.read() if name == STDIN else Path(name).read_bytes()
+    cloud = read(data, labels=labels)
+    return cloud, _with_options_of(cloud, options)
+
+
+def _problem(name: str, error: Exception) -> Problem:
+    match error:
+        case OSError():
+            return Problem(name, error.strerror or str(error))
+        case UnreadableFileError():
+            return Problem(name, f"{error.field}: {error.message}")
+        case InvalidPointCloudError() | InvalidOptionError():
+            return Problem(name, str(error))
+    return Problem(name, f"internal error, please report it: {error!r}", exit_status=1)
 
 
 def _with_options_of(cloud: Cloud, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -67,15 +84,82 @@ def answer_files(
     names: Sequence[str], options: Mapping[str, Any], workers: int
 ) -> Iterator[dict[str, Any] | Problem]:
     """The answers of many files, in their order; how many processes share the work changes nothing else."""
-    answer_one = partial(answer_file, options=dict(options))
-    if min(workers, len(names)) <= 1:
-        yield from map(answer_one, names)
-        return
-    with ProcessPoolExecutor(min(workers, len(names)), mp_context=get_context("spawn")) as pool:
-        with _interrupts_ignored():
-            answers = pool.map(answer_one, names)
+    return _each(partial(answer_file, options=dict(options)), names, min(workers, len(names)))
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a segment comes from: its item, and the number (from 1) and name of its file."""
+
+    item: Item
+    number: int
+    name: str
+
+    @property
+    def title(self) -> str:
+        """The segment before people: `scan.csv#3`, or the file alone where it has no labels."""
+        return self.name if self.item.label is None else f"{self.name}#{plain(str(self.item.label))}"
+
+
+def answer_segments(
+    names: Sequence[str], options: Mapping[str, Any], labels: str, workers: int
+) -> Iterator[tuple[Source, dict[str, Any] | Problem]]:
+    """The answers for the segments of many files: file by file, and in each by its label, ascending.
+
+    `labels` is the column of labels, or `AUTO_LABELS`. A file is cut here, and its segments are fitted by the
+    processes: any number of them gives the same answers.
+    """
+    return _each(_answer_segment, _segments(names, options, labels), workers)
+
+
+_Job = tuple[Source, Cloud | Problem, Mapping[str, Any]]
+
+
+def _segments(names: Sequence[str], options: Mapping[str, Any], labels: str) -> Iterator[_Job]:
+    ids = Ids()
+    for number, name in enumerate(names, 1):
+        file = None if name == STDIN else base_name(name)
+        whole = Source(Item(ids.of_file(file, number), file, None), number, name)
         try:
-            yield from answers
+            cloud, used = _read(name, options, labels)
+            cut = cut_cloud(cloud)
+        except Exception as error:
+            yield whole, _problem(name, error), {}
+            continue
+        if cut is None:
+            yield whole, cloud, used
+            continue
+        for label, rows in cut:
+            item = Item(ids.of_segment(whole.item.id, label), file, label)
+            yield Source(item, number, name), part(cloud, rows), used
+
+
+def _answer_segment(job: _Job) -> tuple[Source, dict[str, Any] | Problem]:
+    source, cloud, options = job
+    if isinstance(cloud, Problem):
+        return source, cloud
+    try:
+        return source, answer(fit_cloud(cloud, options), cloud, options)
+    except Exception as error:
+        return source, _problem(source.title, error)
+
+
+def _each(function: Callable[[_T], _R], jobs: Iterable[_T], workers: int) -> Iterator[_R]:
+    """What a function makes of each job, in their order; a few jobs more than there are processes wait."""
+    if workers <= 1:
+        yield from map(function, jobs)
+        return
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        with _interrupts_ignored():
+            pool.submit(abs, 0)  # starts the processes
+        waiting: deque[Future[_R]] = deque()
+        try:
+            for job in jobs:
+                waiting.append(pool.submit(function, job))
+                if len(waiting) > _AHEAD * workers:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,21 +14,35 @@ from app.engine import fit, fit_cloud
 from app.multipart import split_parts
 from app.options import check_options, parse_options
 from app.problems import MEDIA_TYPE, problem
-from app.readers import Cloud, Limits, UnreadableFileError, read, read_json
+from app.readers import Cloud, Limits, UnreadableFileError, read, read_json, read_unpacked, unpack
 
 _log = logging.getLogger("primfit")
 
 
+class Job(Protocol):
+    """What can be handed to a worker."""
+
+    @property
+    def request_id(self) -> str: ...
+
+    def work(self) -> Any:
+        """Do it; what is raised becomes a problem document."""
+
+
 @dataclass(frozen=True)
 class FitJob:
-    """A request as the service received it; a large body stands in a file."""
+    """A request as the service received it; a large body stands in a file, `coding` is how it is packed."""
 
     request_id: str
     body: bytes | Path
     media_type: str
     content_type: str
+    coding: str | None
     query: list[tuple[str, str]]
     limits: Limits
+
+    def work(self) -> "Reply":
+        return _fit(self)
 
 
 @dataclass(frozen=True)
@@ -48,10 +62,16 @@ def warm() -> dict[str, str | None]:
     return versions("network")
 
 
-def run(job: FitJob) -> Reply:
-    """The response to one request; every failure is a problem document."""
+def run(job: Job) -> Any:
+    """What a job results in; every failure is a reply that holds a problem document.
+
+    None where the request ended meanwhile: then there is nobody to tell.
+    """
     try:
-        return _fit(job)
+        return job.work()
+    except FileNotFoundError:
+        _log.info("request %s was given up, and its files are gone", job.request_id)
+        return None
     except Exception as error:
         refused = problem(error, f"/requests/{job.request_id}")
         if refused.status >= 500:
@@ -61,7 +81,9 @@ def run(job: FitJob) -> Reply:
 
 def _fit(job: FitJob) -> Reply:
     started = perf_counter()
-    body = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
+    body: bytes | memoryview = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
+    if job.coding is not None:
+        body = unpack(memoryview(body), job.coding, job.limits, "body")
     cloud, beside = _read(body, job)
     options = check_options(job.query, beside, cloud.options)
     read_at = perf_counter()
@@ -70,7 +92,7 @@ def _fit(job: FitJob) -> Reply:
     return Reply(200, to_json(content), seconds=seconds)
 
 
-def _read(body: bytes, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:
+def _read(body: bytes | memoryview, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:
     """The cloud, and the options that an upload holds beside it."""
     if job.media_type == "application/json":
         return read_json(memoryview(body), job.limits), {}
@@ -80,4 +102,5 @@ def _read(body: bytes, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:
     if "file" not in parts:
         raise UnreadableFileError("file", "part file is missing", "missing")
     beside = parse_options(parts["options"]) if "options" in parts else {}
-    return read(parts["file"], job.limits), beside
+    file = memoryview(parts["file"])
+    return read_unpacked(file, job.limits) if job.coding else read(file, job.limits), beside

@@ -1,8 +1,10 @@
 """The OpenAPI document: what FastAPI cannot read off the routes, with real examples."""
 
+from base64 import b64encode
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import orjson
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
@@ -11,7 +13,17 @@ from pydantic.json_schema import models_json_schema
 from app import problems
 from app.options import OBJECTS
 from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
-from app.schemas import FitOptions, FitRequest, FitUpload, Problem
+from app.schemas import (
+    BatchAnswer,
+    BatchProblem,
+    BatchSummary,
+    BatchUpload,
+    FitOptions,
+    FitRequest,
+    FitUpload,
+    Problem,
+)
+from fitting.errors import InvalidPointCloudError
 
 DESCRIPTION = (
     "Which geometric primitive is a segmented 3D point cloud - plane, sphere, cylinder, cone or torus - "
@@ -23,20 +35,35 @@ RAW_TYPES = (
     "text/plain",
     "text/tab-separated-values",
     "application/x-npy",
+    "application/x-npz",
     "model/ply",
     "application/ply",
+    "application/vnd.las",
+    "application/vnd.laszip",
+    "model/e57",
+    "model/stl",
+    "model/obj",
+    "model/gltf-binary",
+    "application/gzip",
+    "application/zstd",
 )
+NDJSON = "application/x-ndjson"
 MEDIA_TYPES = ("application/json", "multipart/form-data", *RAW_TYPES)
-WHAT_IS_READ = f"send one of {', '.join(MEDIA_TYPES)}, without content encoding"
+WHAT_IS_READ = f"send one of {', '.join(MEDIA_TYPES)}"
 
 _EXAMPLES = Path(__file__).with_name("examples")
 _REF = "#/components/schemas/{model}"
 _EXAMPLE_ERRORS: dict[str, Exception] = {
     "408": problems.BodyTimeoutError("nothing came for 30 s before the body was complete (1048576 bytes)"),
     "413": TooLargeError("body", "the body is over 67108864 bytes, the limit of this service"),
-    "415": problems.UnsupportedMediaTypeError(WHAT_IS_READ),
     "500": Exception(),
     "504": problems.TimeLimitError("not done after 60 s, the limit of this service; the work was stopped"),
+}
+_UNSUPPORTED: dict[str, Exception] = {
+    "media_type": problems.UnsupportedMediaTypeError(WHAT_IS_READ),
+    "content_encoding": problems.UnsupportedCodingError(
+        "send the body as it is, or in one of gzip, zstd, once"
+    ),
 }
 _INVALID: dict[str, Exception] = {
     "points": InvalidPointsError("points[17][2]", "NaN is not JSON; every number must be finite", "NaN"),
@@ -74,17 +101,31 @@ def _json(name: str) -> Any:
     return orjson.loads((_EXAMPLES / name).read_bytes())
 
 
-def _body() -> dict[str, Any]:
-    """The request body of `fit` in all its media types."""
-    csv = "x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in _json("request.json")["points"])
+def _encoded(request: dict[str, Any]) -> dict[str, Any]:
+    """The same request with its points as a base64 array."""
+    points = np.array(request["points"], "<f8")
+    array = {"dtype": "float64", "shape": list(points.shape), "base64": b64encode(points.tobytes()).decode()}
+    return {**request, "points": array}
+
+
+def _csv() -> str:
+    return "x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in _json("request.json")["points"])
+
+
+def _body(upload: str, uploaded: dict[str, Any]) -> dict[str, Any]:
+    """A request body in all its media types; `upload` is the model of the one in parts, with an example."""
+    csv = _csv()
     content: dict[str, Any] = {
         "application/json": {
             "schema": {"$ref": _REF.format(model="FitRequest")},
-            "examples": {"cylinder": {"value": _json("request.json")}},
+            "examples": {
+                "cylinder": {"value": _json("request.json")},
+                "cylinder_in_base64": {"value": _encoded(_json("request.json"))},
+            },
         },
         "multipart/form-data": {
-            "schema": {"$ref": _REF.format(model="FitUpload")},
-            "examples": {"cylinder": {"value": {"file": csv, "options": {"kinds": ["cylinder", "cone"]}}}},
+            "schema": {"$ref": _REF.format(model=upload)},
+            "examples": {"cylinder": {"value": uploaded}},
             "encoding": {"options": {"contentType": "application/json"}},
         },
     }
@@ -92,7 +133,11 @@ def _body() -> dict[str, Any]:
         content[media_type] = {"schema": {"type": "string", "format": "binary"}}
     for media_type in ("text/csv", "text/plain"):
         content[media_type]["examples"] = {"cylinder": {"value": csv}}
-    return {"required": True, "content": content}
+    description = (
+        "The cloud. A body may be packed (`Content-Encoding: gzip` or `zstd`), and so may a file; "
+        "files are recognised by what they hold, whatever their media type"
+    )
+    return {"required": True, "description": description, "content": content}
 
 
 def _query() -> list[dict[str, Any]]:
@@ -130,10 +175,53 @@ FIT: dict[str, Any] = {
     "response_description": "What was found",
     "responses": {
         **{status: _problem(example=error) for status, error in _EXAMPLE_ERRORS.items()},
+        "415": _problem(**_UNSUPPORTED),
         "422": _problem(**_INVALID),
         "503": _problem(**_UNAVAILABLE),
     },
-    "openapi_extra": {"requestBody": _body(), "parameters": _query()},
+    "openapi_extra": {
+        "requestBody": _body("FitUpload", {"file": _csv(), "options": {"kinds": ["cylinder", "cone"]}}),
+        "parameters": _query(),
+    },
+}
+
+
+def _lines() -> dict[str, Any]:
+    """A line of a batch, with an example of each sort."""
+    few = problems.problem(
+        InvalidPointCloudError("2 points given; at least 3 are needed"), "/requests/3f0c1f9e"
+    )
+    item = {"id": "scan.csv#1", "file": "scan.csv", "label": 1}
+    values = {
+        "answer": {**item, "answer": _json("answer.json")},
+        "problem": {**item, "id": "scan.csv#2", "label": 2, "problem": orjson.loads(few.content)},
+        "summary": {"summary": {"items": 2, "fitted": 1, "ambiguous": 0, "no_fit": 0, "problems": 1}},
+    }
+    examples = {name: {"value": value} for name, value in values.items()}
+    return {"schema": {"$ref": _REF.format(model="BatchLine")}, "examples": examples}
+
+
+_BATCH_LINES = (BatchAnswer, BatchProblem, BatchSummary)
+_LABELS = BatchUpload.model_fields["labels"].description
+FIT_BATCH: dict[str, Any] = {
+    "status_code": 200,
+    "responses": {
+        "200": {
+            "description": "A JSON object a line: for each item, in the order of the input, what was found "
+            "or the problem with it; then the summary",
+        },
+        **FIT["responses"],
+    },
+    "openapi_extra": {
+        "requestBody": _body(
+            "BatchUpload", {"file": [_csv(), _csv()], "options": {"kinds": ["cylinder", "cone"]}}
+        ),
+        "parameters": [
+            {"name": "labels", "in": "query", "required": False, "description": _LABELS}
+            | {"schema": {"type": "string"}},
+            *_query(),
+        ],
+    },
 }
 
 
@@ -146,9 +234,13 @@ def document(app: FastAPI) -> dict[str, Any]:
 
 def _make(app: FastAPI) -> dict[str, Any]:
     made = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
-    modes = [(model, "validation") for model in (FitRequest, FitUpload, Problem)]
+    models = (FitRequest, FitUpload, BatchUpload, *_BATCH_LINES, Problem)
+    modes = [(model, "validation") for model in models]
     _, definitions = models_json_schema(modes, ref_template=_REF)  # type: ignore[arg-type]
     made["components"]["schemas"] |= definitions["$defs"]
+    lines = [{"$ref": _REF.format(model=model.__name__)} for model in _BATCH_LINES]
+    made["components"]["schemas"]["BatchLine"] = {"title": "BatchLine", "oneOf": lines}
+    made["paths"]["/fit/batch"]["post"]["responses"]["200"]["content"] = {NDJSON: _lines()}
     # Set here, because FastAPI would drop the nulls of an example.
     answers = made["paths"]["/fit"]["post"]["responses"]["200"]["content"]["application/json"]
     answers["examples"] = {"cylinder": {"value": _json("answer.json")}}

@@ -19,6 +19,7 @@ from app.readers.errors import (
     UnreadableFileError,
     describe,
 )
+from app.readers.packed import CODINGS
 from app.schemas import KindName
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 
@@ -41,6 +42,10 @@ class ServiceError(Exception):
 
 class UnsupportedMediaTypeError(ServiceError):
     """The body is of a type that is not read."""
+
+
+class UnsupportedCodingError(UnsupportedMediaTypeError):
+    """The body is packed in a way that is not read."""
 
 
 class BodyTimeoutError(ServiceError):
@@ -102,6 +107,12 @@ KINDS: dict[type[Exception], Kind] = {
     InvalidOptionError: Kind(422, "invalid-options", "An option is unknown or out of range"),
     UnsupportedMediaTypeError: Kind(
         415, "unsupported-media-type", "The media type of the body is not supported"
+    ),
+    UnsupportedCodingError: Kind(
+        415,
+        "unsupported-media-type",
+        "The content encoding of the body is not supported",
+        {"Accept-Encoding": ", ".join(CODINGS)},
     ),
     BodyTimeoutError: Kind(408, "body-timeout", "The body did not arrive", _CLOSE),
     BusyError: Kind(503, "busy", "Too many requests are waiting", _RETRY),

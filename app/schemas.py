@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
 from typing_extensions import TypeAliasType
 
+from app.readers.encoded import DtypeName
 from fitting.config import Criterion
 
 KindName = TypeAliasType("KindName", Literal["plane", "sphere", "cylinder", "cone", "torus"])
@@ -157,25 +158,60 @@ class FitOptions(BaseModel):
     )
 
 
-class FitRequest(BaseModel):
-    """A cloud in JSON."""
+class EncodedArray(BaseModel):
+    """An array as its bytes, little-endian and row by row: smaller and quicker than numbers in text."""
 
-    points: list[Vector] = Field(description="points [x, y, z], finite numbers in any unit of length")
-    weights: list[float] | None = Field(
+    model_config = _CLOSED
+
+    dtype: DtypeName
+    shape: list[int] = Field(
+        min_length=1, max_length=2, description="[N, 3] of vectors, [N] of numbers", examples=[[3000, 3]]
+    )
+    base64: str = Field(
+        description="RFC 4648, section 4: padded, without line breaks",
+        json_schema_extra={"contentEncoding": "base64"},
+    )
+
+
+class FitRequest(BaseModel):
+    """A cloud in JSON; arrays in base64 do not count towards the limit of points in JSON."""
+
+    points: list[Vector] | EncodedArray = Field(
+        description="points [x, y, z], finite numbers in any unit of length"
+    )
+    normals: list[Vector] | EncodedArray | None = Field(
+        None, description="one a point, of any length and sign, not zero; by default they are estimated"
+    )
+    labels: list[int] | list[str] | EncodedArray | None = Field(
+        None, description="one a point, integers or strings: the segment that it belongs to"
+    )
+    weights: list[float] | EncodedArray | None = Field(
         None,
         description="one a point, not negative: how much it counts in the last refinement; 0 leaves it out",
     )
-    standard_deviations: list[float] | None = Field(
+    standard_deviations: list[float] | EncodedArray | None = Field(
         None, description="of the noise of each point, in the unit of the points; in place of weights"
     )
     options: FitOptions | None = None
 
 
 class FitUpload(BaseModel):
-    """A cloud as a file: CSV, XYZ, TXT, NPY, PLY or JSON, recognised by content."""
+    """A cloud as a file of any format that is read, also packed by gzip or zstd, recognised by content."""
 
     file: Upload = Field(description="the file")
     options: FitOptions | None = Field(None, description="options as JSON text")
+
+
+class BatchUpload(BaseModel):
+    """Clouds as files of any format that is read."""
+
+    file: list[Upload] = Field(min_length=1, description="the files, a part `file` each")
+    options: FitOptions | None = Field(None, description="options of all of them as JSON text")
+    labels: str | None = Field(
+        None,
+        description="the column of labels by which a file is cut into its segments; by default one of the "
+        "usual names, where there is one; empty cuts none",
+    )
 
 
 class ErrorSummary(BaseModel):
@@ -242,7 +278,7 @@ class Receipt(BaseModel):
         description="of the weights or standard deviations as little-endian float64, if there were any"
     )
     n_points: int
-    format: str = Field(description="json, text, npy or ply")
+    format: str = Field(description="json, text, npy, ply, stl, obj or glb")
     columns: list[str] = Field(description="columns used, by their name in the file")
     options: UsedOptions
     versions: Versions
@@ -299,3 +335,43 @@ class Problem(BaseModel):
     detail: str
     instance: str
     errors: list[ProblemField] = Field(max_length=20)
+
+
+class BatchItem(BaseModel):
+    """What a line of a batch is about: a file, or a segment of it."""
+
+    id: str = Field(
+        max_length=80,
+        description="unique in the answer: the file name, and the label",
+        examples=["segments.csv#3"],
+    )
+    file: str | None = Field(max_length=80, description="last component of the file name; null without one")
+    label: int | str | None = Field(description="of the segment; null for a file that was not cut")
+
+
+class BatchAnswer(BatchItem):
+    """A cloud that was fitted."""
+
+    answer: FitAnswer = Field(description="what `POST /fit` says of these points")
+
+
+class BatchProblem(BatchItem):
+    """A file that cannot be read, or a cloud that cannot be fitted."""
+
+    problem: Problem
+
+
+class BatchCounts(BaseModel):
+    """How many lines of each sort there were."""
+
+    items: int
+    fitted: int
+    ambiguous: int
+    no_fit: int
+    problems: int
+
+
+class BatchSummary(BaseModel):
+    """The last line: without it the answer was cut off."""
+
+    summary: BatchCounts

@@ -6,6 +6,8 @@ from pathlib import Path
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from app.readers.limits import Limits
+
 MIB = 1024 * 1024
 
 
@@ -31,7 +33,16 @@ class Settings(BaseSettings):
     receive_timeout: float = Field(
         default=30.0, gt=0, description="seconds to wait for the next piece of a body"
     )
+    send_timeout: float = Field(
+        default=60.0, gt=0, description="seconds to wait until a client takes the next piece of a stream"
+    )
+    max_batch_items: int = Field(default=10_000, ge=1, description="most files and segments of one batch")
     queue_size: int = Field(default=64, ge=0, description="requests that may wait for a free worker")
     temporary_directory: Path | None = Field(
         default=None, description="where large bodies are kept while read"
     )
+
+    @property
+    def limits(self) -> Limits:
+        """How much a reader may take in."""
+        return Limits(self.max_points, self.max_json_points, self.max_body_bytes)

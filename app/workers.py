@@ -5,8 +5,9 @@ import logging
 import multiprocessing
 import os
 import sys
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -18,6 +19,8 @@ _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VE
 _log = logging.getLogger("primfit")
 
 Work = Callable[[Any], Any]
+Abandoned = Callable[[], Awaitable[bool]]
+Run = Callable[[Any, Abandoned], Awaitable[Any]]
 
 
 def _context(preload: list[str]) -> Any:
@@ -150,6 +153,12 @@ class WorkerPool:
         self._warm: set[_Worker] = set()
         self._tasks: set[asyncio.Task[Any]] = set()
         self._time_limit, self._queue_size, self._waiting = time_limit, queue_size, 0
+        self._turns, self._n_batches = asyncio.Semaphore(size), 0
+
+    @property
+    def size(self) -> int:
+        """How many workers there are."""
+        return len(self._workers)
 
     @property
     def n_warm(self) -> int:
@@ -166,7 +175,7 @@ class WorkerPool:
         for worker in self._workers:
             self._spawn(self._revive(worker))
 
-    async def run(self, job: Any, abandoned: Callable[[], Awaitable[bool]]) -> Any:
+    async def run(self, job: Any, abandoned: Abandoned) -> Any:
         """Have a job done by the next free worker, unless it is `abandoned` when its turn comes.
 
         Raises `BusyError`, `TimeLimitError`, `WorkerDiedError`; returns None for an abandoned job.
@@ -178,8 +187,39 @@ class WorkerPool:
             worker = await self._free.get()
         finally:
             self._waiting -= 1
-        if await abandoned():
-            self._free.put_nowait(worker)
+        return await self._unless_abandoned(worker, job, abandoned)
+
+    @contextmanager
+    def batch(self) -> Iterator[Run]:
+        """`run` for the jobs of one batch, which take turns with everybody else's.
+
+        A batch has as many jobs under way as there are workers, and so have all batches together, each in its
+        turn; such a job then waits for a worker behind the requests that came before it. None is refused.
+
+        Raises `BusyError` where as many batches are open as requests may wait.
+        """
+        if self._n_batches >= max(1, self._queue_size):
+            raise BusyError(f"{self._n_batches} batches are open, the limit of this service")
+        mine = asyncio.Semaphore(self.size)
+
+        async def run(job: Any, abandoned: Abandoned) -> Any:
+            async with mine, self._turns:
+                return await self._unless_abandoned(await self._free.get(), job, abandoned)
+
+        self._n_batches += 1
+        try:
+            yield run
+        finally:
+            self._n_batches -= 1
+
+    async def _unless_abandoned(self, worker: _Worker, job: Any, abandoned: Abandoned) -> Any:
+        given_up = True
+        try:
+            given_up = await abandoned()
+        finally:  # also where this caller is cancelled meanwhile: no worker is lost
+            if given_up:
+                self._free.put_nowait(worker)
+        if given_up:
             return None
         return await asyncio.shield(self._spawn(self._call(worker, job)))
 

@@ -1,6 +1,6 @@
 """Bytes to `Cloud`, by content and never by name.
 
-A new format is one file and one line in `_SIGNATURES`.
+A new format is one file and one line in `_SIGNATURES`, or in `_SHAPES` where it has no signature.
 """
 
 from pathlib import Path
@@ -9,16 +9,21 @@ from app.readers.cloud import Cloud
 from app.readers.e57 import read_e57
 from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
 from app.readers.formats import FORMATS
+from app.readers.glb import read_glb
 from app.readers.json_points import read_json
 from app.readers.las import read_las
 from app.readers.limits import UNLIMITED, Limits
 from app.readers.npy import read_npy
 from app.readers.npz import read_npz
+from app.readers.obj import is_obj, read_obj
+from app.readers.packed import CODINGS, coding_of, unpack
 from app.readers.pcd import read_pcd
 from app.readers.ply import read_ply
+from app.readers.stl import is_stl, read_stl
 from app.readers.text import read_text
 
 __all__ = [
+    "CODINGS",
     "FORMATS",
     "Cloud",
     "FieldError",
@@ -29,6 +34,8 @@ __all__ = [
     "read",
     "read_file",
     "read_json",
+    "read_unpacked",
+    "unpack",
 ]
 
 _SIGNATURES = {
@@ -41,11 +48,12 @@ _SIGNATURES = {
     b"VERSION ": read_pcd,
     b"LASF": read_las,
     b"ASTM-E57": read_e57,
+    b"glTF": read_glb,
 }
+_SHAPES = ((is_stl, read_stl), (is_obj, read_obj))
 _UNSUPPORTED = {
-    b"\x1f\x8b": "compressed by gzip",
-    b"\x28\xb5\x2f\xfd": "compressed by zstd",
-    b"glTF": "GLB",
+    b"\x1f\x8b": "compressed twice; one level is unpacked",
+    b"\x28\xb5\x2f\xfd": "compressed twice; one level is unpacked",
     b"\x80\x03": "a Python pickle",
     b"\x80\x04": "a Python pickle",
     b"\x80\x05": "a Python pickle",
@@ -55,7 +63,7 @@ _UNSUPPORTED = {
 
 
 def read(data: bytes | memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
-    """Read a cloud of any of the `FORMATS`.
+    """Read a cloud of any of the `FORMATS`, be it packed by gzip or zstd, or not.
 
     `labels` names the column that tells segments apart; with `AUTO_LABELS` one of the usual names is looked
     for, and may be missing; with None none is read.
@@ -63,16 +71,25 @@ def read(data: bytes | memoryview, limits: Limits = UNLIMITED, labels: str | Non
     Raises `UnreadableFileError`, or of its kinds `InvalidPointsError` and `TooLargeError`.
     """
     view = memoryview(data)
-    start = bytes(view[:16])
+    coding = coding_of(view)
+    return read_unpacked(view if coding is None else unpack(view, coding, limits), limits, labels)
+
+
+def read_unpacked(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+    """`read` of what has been unpacked, or must not be packed."""
+    start = bytes(data[:16])
     for signature, reader in _SIGNATURES.items():
         if start.startswith(signature):
-            return reader(view, limits, labels)
+            return reader(data, limits, labels)
     for signature, name in _UNSUPPORTED.items():
         if start.startswith(signature):
             raise UnreadableFileError("file", f"the file is {name}; what is read: {', '.join(FORMATS)}")
     if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
-        return read_json(view, limits)
-    return read_text(view, limits, labels)
+        return read_json(data, limits, labels)
+    for is_one, reader in _SHAPES:
+        if is_one(data):
+            return reader(data, limits, labels)
+    return read_text(data, limits, labels)
 
 
 def read_file(path: str | Path, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:

@@ -22,6 +22,7 @@ _ALIASES = {
 }
 AUTO_LABELS = "auto"
 _LABELS = ("label", "labels", "segment", "segment_id", "segments", "instance", "instance_id", "instances")
+_LABEL_LIMIT = 200
 _NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in aliases}
 
 
@@ -94,6 +95,13 @@ def find_label(names: Sequence[str], wanted: str | None) -> int | None:
     if len(found) > 1:
         raise UnreadableFileError("labels", f"{len(found)} columns may be the labels; name one of them")
     return found[0] if found else None
+
+
+def string_labels(labels: Sequence[str]) -> NDArray[Any]:
+    """Labels (N,) as an array of objects, in which a long one does not widen the others."""
+    if max(map(len, labels), default=0) > _LABEL_LIMIT:
+        raise UnreadableFileError("labels", f"a label is over {_LABEL_LIMIT} characters long")
+    return np.array(labels, object)
 
 
 def find_columns(names: Sequence[str], labels: str | None = None) -> Columns:
@@ -176,22 +184,23 @@ def as_labels(values: NDArray[Any]) -> NDArray[np.int64]:
     return values.astype(np.int64)
 
 
-def check_finite(points: Array) -> None:
+def check_finite(points: Array, field: str = "points") -> None:
     """Raise `InvalidPointsError` naming the first coordinates that are NaN or infinite."""
-    if np.isfinite(points).all():
+    bad = ~np.isfinite(points)
+    if not bad.any():
         return
-    bad = np.argwhere(~np.isfinite(points))
+    rows = np.flatnonzero(bad.any(axis=1))[:SHOWN]
     errors = [
         FieldError(
-            f"points[{i}][{j}]",
+            f"{field}[{rows[i]}][{j}]",
             "not a finite number; every coordinate must be one",
-            "NaN" if np.isnan(points[i, j]) else "infinity",
+            "NaN" if np.isnan(points[rows[i], j]) else "infinity",
         )
-        for i, j in bad[:SHOWN]
+        for i, j in np.argwhere(bad[rows])
     ]
     raise InvalidPointsError(
         errors[0].field,
-        f"{len(bad)} coordinates are NaN or infinite; every one must be finite",
+        f"{np.count_nonzero(bad)} coordinates are NaN or infinite; every one must be finite",
         errors=errors,
     )
 

@@ -4,6 +4,8 @@ FORMATS = {
     "CSV": (".csv",),
     "XYZ": (".xyz",),
     "TXT": (".txt",),
+    "PTS": (".pts",),
+    "ASC": (".asc",),
     "NPY": (".npy",),
     "NPZ": (".npz",),
     "PLY": (".ply",),
@@ -11,5 +13,8 @@ FORMATS = {
     "LAS": (".las",),
     "LAZ": (".laz",),
     "E57": (".e57",),
+    "STL": (".stl",),
+    "OBJ": (".obj",),
+    "GLB": (".glb",),
     "JSON": (".json",),
 }

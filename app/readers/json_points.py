@@ -1,4 +1,7 @@
-"""The JSON body {"points": [[x, y, z], ...], "weights": [...], "options": {...}}: strict, quick to refuse."""
+"""The JSON body {"points": [[x, y, z], ...], "weights": [...], "options": {...}}: strict, quick to refuse.
+
+Points and what stands beside them are rows, or base64 arrays (`app.readers.encoded`).
+"""
 
 import re
 from itertools import chain
@@ -6,8 +9,10 @@ from typing import Any
 
 import numpy as np
 import orjson
+from numpy.typing import NDArray
 
-from app.readers.cloud import Array, Cloud
+from app.readers.cloud import Array, Cloud, check_finite, find_label, string_labels
+from app.readers.encoded import INTEGERS, decode
 from app.readers.errors import (
     SHOWN,
     FieldError,
@@ -22,14 +27,19 @@ _TOKEN = re.compile(r'[\[\]{},:]|"[^"\\]*(?:\\.[^"\\]*)*"')
 _NOT_FINITE = re.compile(r"(?P<nan>-?nan)|(?P<inf>[-+]?inf)", re.IGNORECASE)
 _FEW = 16
 _PER_POINT = ("weights", "standard_deviations")
-_FIELDS = ("points", *_PER_POINT, "options")
+_BESIDE = ("normals", "labels", *_PER_POINT)
+_FIELDS = ("points", *_BESIDE, "options")
 _NUMBER = re.compile(r"[-+]?\d[\d.eE+-]*")
 
 
-def read_json(data: memoryview, limits: Limits = UNLIMITED) -> Cloud:
-    """Read a JSON request: the points, what stands beside them, and the options as they are (unchecked)."""
+def read_json(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+    """Read a JSON request: the points, what stands beside them, and the options as they are (unchecked).
+
+    Labels that are not asked for are checked all the same.
+    """
     body = bytes(data).removeprefix(b"\xef\xbb\xbf")
-    if limits.json_points is not None:
+    # A shorter body has not enough characters for more values than are allowed.
+    if limits.json_points is not None and len(body) > limits.json_points:
         _check_size(body, limits.json_points)
     document = _parse(body)
     if not isinstance(document, dict):
@@ -46,14 +56,25 @@ def read_json(data: memoryview, limits: Limits = UNLIMITED) -> Cloud:
         raise UnreadableFileError("options", "options must be an object", describe(options))
     _refuse_twice(body, [*document, *options])
     points = to_points(document["points"], limits)
-    beside: dict[str, Any] = {
-        name: _to_numbers(name, document[name]) for name in _PER_POINT if document.get(name) is not None
+    given = {name: document[name] for name in _BESIDE if document.get(name) is not None}
+    normals = _to_normals(given["normals"], len(points), limits) if "normals" in given else None
+    found = _to_labels(given["labels"], len(points), limits) if "labels" in given else None
+    if find_label(("labels",) if found is not None else (), labels) is None:
+        found = None
+    per_point: dict[str, Any] = {
+        name: _to_numbers(name, given[name], limits) for name in _PER_POINT if name in given
     }
-    return Cloud(points, ("x", "y", "z", *beside), None, "json", options, **beside)
+    columns = ("x", "y", "z", *(["normals"] if normals is not None else []), *per_point)
+    label_column = None if found is None else "labels"
+    return Cloud(
+        points, columns, normals, "json", options, **per_point, labels=found, label_column=label_column
+    )
 
 
-def _to_numbers(name: str, values: object) -> Array:
+def _to_numbers(name: str, values: object, limits: Limits) -> Array:
     """Numbers, one a point, as an array; how many, and of what size, the fit checks."""
+    if isinstance(values, dict):
+        return decode(values, name, limits).astype(np.float64)
     if not isinstance(values, list):
         raise InvalidPointsError(name, f"{name} must be an array of numbers, one a point", describe(values))
     if not set(map(type, values)) <= {int, float}:
@@ -62,26 +83,69 @@ def _to_numbers(name: str, values: object) -> Array:
     return np.array(values, np.float64)
 
 
+def _to_normals(rows: object, n_points: int, limits: Limits) -> Array:
+    """Normals (N, 3), scaled to length 1."""
+    normals = _to_rows(rows, "normals", limits)
+    _check_count("normals", len(normals), n_points)
+    with np.errstate(all="ignore"):
+        normals = normals / np.abs(normals).max(axis=1, keepdims=True, initial=0.0)
+        bad = np.flatnonzero(~np.isfinite(normals).all(axis=1))
+    if len(bad):
+        errors = [FieldError(f"normals[{i}]", "a normal must not be zero") for i in bad[:SHOWN]]
+        raise InvalidPointsError(errors[0].field, f"{len(bad)} normals have no direction", errors=errors)
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def _to_labels(values: object, n_points: int, limits: Limits) -> NDArray[Any]:
+    """Labels (N,): integers, or strings."""
+    kinds = set(map(type, values)) if isinstance(values, list) else None
+    if isinstance(values, dict):
+        labels = decode(values, "labels", limits, dtypes=INTEGERS)
+    elif isinstance(values, list) and kinds == {str}:
+        labels = string_labels(values)
+    elif isinstance(values, list) and kinds == {int} and -(2**63) <= min(values) <= max(values) < 2**63:
+        labels = np.array(values, np.int64)
+    else:
+        message = "labels must be an array, all integers of 64 bits or all strings"
+        raise InvalidPointsError("labels", message, describe(values))
+    _check_count("labels", len(labels), n_points)
+    return labels
+
+
+def _check_count(name: str, n_found: int, n_points: int) -> None:
+    if n_found != n_points:
+        raise InvalidPointsError(name, f"{n_found} {name} for {n_points} points", f"array of {n_found}")
+
+
 def _refuse_twice(body: bytes, names: list[str]) -> None:
     """The parser keeps the last of two fields of one name; which one was meant, nobody can tell."""
     for name in names[:_FEW]:
-        if body.count(f'"{name}"'.encode()) > 1:
+        quoted = f'"{name}"'.encode()
+        if body.count(quoted) > 1 and len(re.findall(re.escape(quoted) + rb"\s*:", body)) > 1:
             raise UnreadableFileError(name[:40], "given more than once")
 
 
 def to_points(rows: object, limits: Limits = UNLIMITED) -> Array:
-    """Rows [x, y, z] as an array (N, 3); what is not three numbers is named."""
+    """Rows [x, y, z] or a base64 array as an array (N, 3); what is not three finite numbers is named."""
+    return _to_rows(rows, "points", limits)
+
+
+def _to_rows(rows: object, field: str, limits: Limits) -> Array:
+    if isinstance(rows, dict):
+        decoded = decode(rows, field, limits, width=3).astype(np.float64)
+        check_finite(decoded, field)
+        return decoded
     if not isinstance(rows, list):
-        raise InvalidPointsError("points", "points must be an array of [x, y, z]", describe(rows))
-    Limits(limits.json_points).check_points(len(rows), "points")
+        raise InvalidPointsError(field, f"{field} must be an array of [x, y, z]", describe(rows))
+    Limits(limits.json_points).check_points(len(rows), field)
     if set(map(type, rows)) <= {list} and set(map(len, rows)) <= {3}:
         values = list(chain.from_iterable(rows))
         if set(map(type, values)) <= {int, float}:
             return np.array(values, np.float64).reshape(-1, 3)
-    raise _explain(rows)
+    raise _explain(rows, field)
 
 
-def _explain(rows: list[Any]) -> InvalidPointsError:
+def _explain(rows: list[Any], field: str) -> InvalidPointsError:
     errors: list[FieldError] = []
     n_bad = 0
     for i, row in enumerate(rows):
@@ -89,16 +153,16 @@ def _explain(rows: list[Any]) -> InvalidPointsError:
             continue
         n_bad += 1
         if len(errors) < SHOWN:
-            errors += _explain_row(i, row)
-    message = f"{n_bad} of {len(rows)} points are not [x, y, z] with three numbers"
+            errors += _explain_row(f"{field}[{i}]", row)
+    message = f"{n_bad} of {len(rows)} {field} are not [x, y, z] with three numbers"
     return InvalidPointsError(errors[0].field, message, errors=errors)
 
 
-def _explain_row(i: int, row: Any) -> list[FieldError]:
+def _explain_row(field: str, row: Any) -> list[FieldError]:
     if type(row) is not list or len(row) != 3:
-        return [FieldError(f"points[{i}]", "a point must be an array of 3 numbers", describe(row))]
+        return [FieldError(field, "it must be an array of 3 numbers", describe(row))]
     return [
-        FieldError(f"points[{i}][{j}]", "a coordinate must be a number", describe(value))
+        FieldError(f"{field}[{j}]", "a coordinate must be a number", describe(value))
         for j, value in enumerate(row)
         if type(value) not in (int, float)
     ]
@@ -107,8 +171,10 @@ def _explain_row(i: int, row: Any) -> list[FieldError]:
 def _check_size(body: bytes, max_points: int) -> None:
     """Refuse, before it is parsed, a document that holds more values than the points allowed."""
     for what, n_found, limit in (
-        ("arrays", body.count(b"["), max_points + 1000),
-        ("values", body.count(b","), 4 * max_points + 1000),
+        ("arrays", body.count(b"["), 2 * max_points + 1000),
+        ("values", body.count(b","), 8 * max_points + 1000),
+        ("strings", body.count(b'"') // 2, max_points + 1000),
+        ("objects", body.count(b"{"), max_points + 1000),
     ):
         if n_found > limit:
             raise TooLargeError(
@@ -129,7 +195,7 @@ def _locate(error: orjson.JSONDecodeError) -> UnreadableFileError:
     """The parser's complaint as a field: where in the document, and which class of value stands there."""
     rest = error.doc[error.pos : error.pos + 10]
     path = _path(error.doc[: error.pos]) or "body"
-    refused = InvalidPointsError if path.startswith(("points", *_PER_POINT)) else UnreadableFileError
+    refused = InvalidPointsError if path.startswith(("points", *_BESIDE)) else UnreadableFileError
     if number := _NOT_FINITE.match(rest):
         value = "NaN" if number["nan"] else "infinity"
         return refused(path, f"{value} is not JSON; every number must be finite", value)

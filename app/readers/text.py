@@ -1,68 +1,89 @@
-"""CSV, XYZ and TXT: rows of numbers, with delimiter, header and comments found by looking."""
+"""CSV, XYZ, TXT, PTS and ASC: rows of numbers, with delimiter, header and comments found by looking."""
 
+import csv
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
-from io import BytesIO, TextIOWrapper
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.readers.cloud import (
+    AUTO_LABELS,
     Cloud,
     Columns,
     build_cloud,
     canonical,
     count_columns,
     find_columns,
+    find_label,
+    string_labels,
 )
 from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 from app.readers.limits import UNLIMITED, Limits
+from app.readers.lines import check_lines, is_number, lines
 
 _SAMPLE = 20
-_LINE_LIMIT = 64 * 1024
+_HEAD = 1024 * 1024
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _COMMENT = re.compile("#|//")
+_WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
 _DELIMITER_NAMES = {",": "comma", ";": "semicolon", "\t": "tab", None: "white space"}
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """How a text is written: delimiter (None: white space), line of the first row, its width, columns."""
+    """How a text is written: delimiter (None: white space), line of the first row, its width, columns.
+
+    `announced` is the number of rows that a PTS file tells on its first line.
+    """
 
     delimiter: str | None
     first_line: int
     width: int
     columns: Columns
+    announced: int | None = None
 
 
 def read_text(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
-    """Read a text of one point a line."""
-    text = bytes(data).removeprefix(b"\xef\xbb\xbf")
+    """Read a text of one point a line; without a header `labels` is the number of a column, from 1."""
+    check_lines(data)
+    text = bytes(data)
     if b"\n" not in text:
         text = text.replace(b"\r", b"\n")
     if b"\0" in text:
         raise UnreadableFileError("file", "neither text nor a format that is known (CSV, XYZ, TXT, NPY, PLY)")
     limits.check_points(text.count(b"\n") // 2 - 1000)
-    layout = _look(text)
+    layout = _look(text, labels)
+    if layout.announced is not None:
+        limits.check_points(layout.announced)
+    cells: list[str] = []
     try:
-        table = _load(text, layout)
+        table = _load(text, layout, cells)
     except ValueError:
         raise _explain(text, layout) from None
     limits.check_points(len(table))
-    return build_cloud(table, layout.columns.packed(), "text")
+    if layout.announced not in (None, len(table)):
+        message = f"the first line announces {layout.announced} points, {len(table)} follow"
+        raise UnreadableFileError("line 1", message)
+    found = None if layout.columns.label is None else _labels(cells)
+    return build_cloud(table, layout.columns.packed(), "text", found)
 
 
-def _lines(text: bytes) -> Iterator[str]:
-    return iter(TextIOWrapper(BytesIO(text), "utf-8", errors="replace"))
+def _labels(cells: list[str]) -> NDArray[Any]:
+    """Labels (N,): int64 where all of them are whole numbers, else strings."""
+    if all(map(_WHOLE.fullmatch, set(cells))):
+        return np.array([int(cell.partition(".")[0]) for cell in cells], np.int64)
+    return string_labels(cells)
 
 
-def _look(text: bytes) -> _Layout:
+def _look(text: bytes, labels: str | None) -> _Layout:
     """Delimiter, header and columns from the first lines."""
     sample: list[tuple[int, str]] = []
     comments: list[str] = []
-    for number, line in enumerate(_lines(text), 1):
-        if len(line) > _LINE_LIMIT:
-            raise UnreadableFileError(f"line {number}", "the line is over 64 KiB long")
+    start = text if len(text) <= _HEAD else text[: text.rfind(b"\n", 0, _HEAD)]
+    for number, line in enumerate(lines(start), 1):
         row = _COMMENT.split(line, maxsplit=1)[0].strip()
         if row:
             sample.append((number, row))
@@ -71,10 +92,16 @@ def _look(text: bytes) -> _Layout:
         if len(sample) == _SAMPLE:
             break
     if not sample:
-        raise InvalidPointsError("file", "the file holds no points")
+        where = "file holds" if start is text else "first MiB holds"
+        raise InvalidPointsError("file", f"the {where} no points")
+    if re.match(r"(?i)(ncols|nrows)\s", sample[0][1]):
+        raise UnreadableFileError("file", "an ESRI grid of heights is not a list of points; export it as XYZ")
+    announced = _announced(sample)
+    if announced is not None:
+        del sample[0]
     delimiter = _delimiter([line for _, line in sample])
     head = _cells(sample[0][1], delimiter)
-    has_header = not any(_is_number(cell) for cell in head)
+    has_header = not any(is_number(cell) for cell in head)
     if has_header and len(sample) == 1:
         raise InvalidPointsError("file", "the file holds no rows of numbers")
     first_line, first = sample[1] if has_header else sample[0]
@@ -82,12 +109,28 @@ def _look(text: bytes) -> _Layout:
     names = head if has_header else _commented_header(comments, delimiter, width)
     if names is None:
         _refuse_decimal_comma_pairs([line for _, line in sample], delimiter)
-        return _Layout(delimiter, first_line, width, count_columns(width))
+        return _Layout(delimiter, first_line, width, _count_columns(width, labels), announced)
     if len(names) != width:
         raise UnreadableFileError(
             "header", f"the header names {len(names)} columns, line {first_line} holds {width}"
         )
-    return _Layout(delimiter, first_line, width, find_columns(names))
+    return _Layout(delimiter, first_line, width, find_columns(names, labels), announced)
+
+
+def _announced(sample: list[tuple[int, str]]) -> int | None:
+    """The number of points that the first line of a PTS file tells: a bare one, before rows of several."""
+    if len(sample) > 1 and re.fullmatch(r"\d{1,18}", sample[0][1]) and len(sample[1][1].split()) >= 3:
+        return int(sample[0][1])
+    return None
+
+
+def _count_columns(width: int, labels: str | None) -> Columns:
+    """Columns of a table without names, where a number from 1 is the name of each."""
+    columns = count_columns(width)
+    if labels in (None, AUTO_LABELS):
+        return columns
+    label = find_label([str(number) for number in range(1, width + 1)], labels)
+    return replace(columns, label=label, label_name=labels)
 
 
 def _delimiter(lines: list[str]) -> str | None:
@@ -133,23 +176,20 @@ def _commented_header(comments: list[str], delimiter: str | None, width: int) ->
 
 
 def _cells(line: str, delimiter: str | None) -> list[str]:
+    """The cells of a row; one in quotes may hold the delimiter, unless that is white space."""
     if delimiter is not None:
         line = line.rstrip().rstrip(delimiter)
-    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return "_" not in cell and cell.isascii()
+    if delimiter is None or '"' not in line:
+        cells = line.split(delimiter)
+    else:
+        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    return [cell.strip().strip('"').strip() for cell in cells]
 
 
 def _rows(text: bytes, layout: _Layout) -> Iterator[tuple[int, str]]:
     """Line number and text of each row, without comments, blank lines and trailing delimiters."""
     tail = layout.delimiter or " "
-    for number, line in enumerate(_lines(text), 1):
+    for number, line in enumerate(lines(text), 1):
         if number < layout.first_line:
             continue
         if "#" in line or "//" in line:
@@ -165,14 +205,22 @@ def _width(line: str, layout: _Layout) -> int:
     return line.count(layout.delimiter) + 1
 
 
-def _load(text: bytes, layout: _Layout) -> np.ndarray:
-    """The used columns as a table; ragged rows and words raise ValueError."""
+def _load(text: bytes, layout: _Layout, labels: list[str]) -> np.ndarray:
+    """The used columns as a table; ragged rows and words raise ValueError. Cells of labels go to `labels`."""
     quoted = b'"' in text
+    label = layout.columns.label
+    seen: dict[str, str] = {}  # labels repeat: each is kept once
 
     def even_rows() -> Iterator[str]:
         for _, line in _rows(text, layout):
             if not quoted and _width(line, layout) != layout.width:
                 raise ValueError
+            if label is not None:
+                cells = _cells(line, layout.delimiter)
+                if len(cells) != layout.width:
+                    raise ValueError
+                cell = cells[label]
+                labels.append(seen.setdefault(cell, cell))
             yield line
 
     return np.loadtxt(
@@ -199,7 +247,7 @@ def _explain(text: bytes, layout: _Layout) -> UnreadableFileError:
             bad = [
                 FieldError(f"line {number}, column {index + 1}", "not a number", _describe(cells[index]))
                 for index in layout.columns.used
-                if not _is_number(cells[index])
+                if not is_number(cells[index])
             ]
         n_bad += bool(bad)
         errors += bad[: SHOWN - len(errors)]

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,6 +57,16 @@ def _ready(client: httpx.Client) -> bool:
         return client.get("/readyz").status_code == 200
     except httpx.TransportError:
         return False
+
+
+def workers_of(pid: int) -> list[int]:
+    """The worker processes of a service: what was forked by its fork server."""
+    parents = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            parents[int(stat.parent.name)] = int(stat.read_text().rpartition(")")[2].split()[1])
+    forkers = {child for child, parent in parents.items() if parent == pid}
+    return [child for child, parent in parents.items() if parent in forkers]
 
 
 def wait_for(condition: Callable[[], bool], patience: float = PATIENCE) -> None:

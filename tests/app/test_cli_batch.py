@@ -102,7 +102,7 @@ def test_the_same_file_twice_is_done_once(tmp_path: Path) -> None:
 def test_an_empty_folder_is_said(tmp_path: Path) -> None:
     result = run("batch", tmp_path, "--out", tmp_path / "out")
     assert result.exit_code == 2
-    assert "no .csv" in result.stderr
+    assert "no .asc .csv" in result.stderr
 
 
 def test_a_folder_that_cannot_be_written_is_said_plainly(clouds: Path, tmp_path: Path) -> None:
@@ -110,3 +110,65 @@ def test_a_folder_that_cannot_be_written_is_said_plainly(clouds: Path, tmp_path:
     result = run("batch", clouds / "a", "--out", tmp_path / "file" / "inner", "--workers", 1)
     assert result.exit_code == 2
     assert "cannot be written" in result.stderr and len(result.stderr.splitlines()) == 1
+
+
+@pytest.fixture(scope="module")
+def scan(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a labelled scan, of which one segment is too small, and a cloud without labels."""
+    folder = tmp_path_factory.mktemp("scan")
+    rng = np.random.default_rng(5)
+    sphere = Sphere(np.array([1.0, 2.0, 3.0]), 0.5).surface(rng.uniform(0, 3, 300), rng.uniform(0, 3, 300))
+    plane = Plane(np.array([0.0, 0.0, 1.0]), np.zeros(3)).surface(*rng.uniform(0, 3, (2, 300)))
+    labels = ["a/b"] * 300 + ["a_B"] * 300 + ["crumb"] * 2
+    rows = zip(np.vstack([sphere, plane, plane[:2]]).tolist(), labels, strict=True)
+    text = "".join(f"{x!r},{y!r},{z!r},{label}\n" for (x, y, z), label in rows)
+    (folder / "scan.csv").write_text("x,y,z,part\n" + text)
+    np.savetxt(folder / "single.csv", sphere, delimiter=",", header="x,y,z", comments="", fmt="%.17g")
+    return folder
+
+
+def test_segments_go_into_files_of_their_own(scan: Path, tmp_path: Path) -> None:
+    for workers in (1, 2):
+        out = tmp_path / str(workers)
+        result = run("batch", scan / "scan.csv", "--out", out, "--labels", "part", "--workers", workers)
+        assert result.exit_code == 2
+        assert result.stdout.startswith("3 clouds: 2 fitted, 0 ambiguous, 0 no_fit, 1 with a problem")
+        assert result.stderr == f"primfit: {scan / 'scan.csv'}#crumb: 2 points given; at least 3 are needed\n"
+        assert sorted(str(p.relative_to(out)) for p in out.rglob("*.*")) == [
+            "scan/a_B~2.json",
+            "scan/a_b.json",
+        ]
+    kinds = {
+        p.name: json.loads(p.read_bytes())["primitive"]["kind"] for p in (tmp_path / "1" / "scan").iterdir()
+    }
+    assert kinds == {"a_b.json": "sphere", "a_B~2.json": "plane"}
+    for file in (tmp_path / "1" / "scan").iterdir():
+        assert file.read_bytes() == (tmp_path / "2" / "scan" / file.name).read_bytes()
+
+
+def test_segments_in_the_format_of_the_track(scan: Path, tmp_path: Path) -> None:
+    run("batch", scan, "--out", tmp_path, "--labels", "part", "--format", "shrec22", "--workers", 1)
+    assert (tmp_path / "scan" / "a_b_prediction.txt").read_text().splitlines()[0] == "3"
+
+
+def test_a_file_without_labels_keeps_its_place_where_they_are_looked_for(scan: Path, tmp_path: Path) -> None:
+    result = run("batch", scan / "single.csv", "--out", tmp_path, "--labels", "auto", "--workers", 1)
+    assert result.exit_code == 0
+    assert [p.name for p in tmp_path.iterdir()] == ["single.json"]
+    named = run("batch", scan / "single.csv", "--out", tmp_path, "--labels", "part", "--workers", 1)
+    assert named.exit_code == 2 and "labels: no column of this name" in named.stderr
+
+
+def test_folders_of_segments_never_mix(tmp_path: Path) -> None:
+    (tmp_path / "in" / "scan").mkdir(parents=True)
+    (tmp_path / "in" / "scan.csv").write_text("")
+    (tmp_path / "in" / "scan" / "3.csv").write_text("")
+    inputs = [str(tmp_path / "in")]
+    assert len(plan(inputs, tmp_path / "out", "json")) == 2
+    with pytest.raises(CollisionError, match="both write into"):
+        plan(inputs, tmp_path / "out", "json", "label")
+    (tmp_path / "in" / "scan" / "3.csv").unlink()
+    request = tmp_path / "in" / "scan" / "3.json"
+    request.write_text("{}")
+    with pytest.raises(CollisionError, match="beside the input"):
+        plan([*inputs, str(request)], tmp_path / "in", "json", "label")

@@ -5,7 +5,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -192,3 +192,38 @@ def test_version() -> None:
     result = run("--version")
     assert result.exit_code == 0
     assert result.stdout.startswith("primfit 0.")
+
+
+@pytest.fixture(scope="module")
+def scan(clouds: Path) -> Path:
+    """A file of three segments: a cylinder twice, by the same name as above, and two points."""
+    rows = np.loadtxt(clouds / "cylinder.csv", delimiter=",", skiprows=1).tolist()
+    labels = [2] * 300 + [-1] * 300 + [7] * 2
+    lines = [f"{x!r},{y!r},{z!r},{label}" for (x, y, z), label in zip(rows + rows[:2], labels, strict=True)]
+    (clouds / "scan.csv").write_text("\n".join(["x,y,z,segment", *lines]))
+    return clouds / "scan.csv"
+
+
+@pytest.mark.parametrize("column", ["segment", "auto"])
+def test_segments_are_answered_on_the_lines_of_the_service(scan: Path, service: Any, column: str) -> None:
+    result = run(
+        "fit", "--json", "--labels", column, "--kind", "cylinder", scan, scan.parent / "words.txt", scan
+    )
+    files = [("file", (path.name, path.read_bytes())) for path in (scan, scan.parent / "words.txt", scan)]
+    reply = service.client.post("/fit/batch", files=files, params={"kinds": "cylinder", "labels": column})
+    lines = [line for line in reply.text.splitlines() if '"answer":' in line]
+    assert result.stdout.splitlines() == lines and len(lines) == 4
+    assert [json.loads(line)["id"] for line in lines] == [
+        *("scan.csv#-1", "scan.csv#2", "scan.csv~2#-1", "scan.csv~2#2")
+    ]
+    complaints = result.stderr.splitlines()
+    assert complaints[0].startswith(f"primfit: {scan}#7: 2 points given")
+    assert complaints[1].startswith(f"primfit: {scan.parent / 'words.txt'}: ")
+    assert len(complaints) == 3 and result.exit_code == 2
+
+
+def test_segments_are_shown_under_their_labels(scan: Path) -> None:
+    result = run("fit", "--labels", "segment", "--kind", "cylinder", scan)
+    assert "scan.csv#-1" in result.stdout and "scan.csv#2" in result.stdout
+    whole = run("fit", "--labels", "", "--kind", "cylinder", scan)
+    assert "scan.csv#" not in whole.stdout and whole.exit_code == 0

@@ -1,11 +1,18 @@
-"""The example answer that the OpenAPI document shows is what the service answers."""
+"""The examples: the answer that the OpenAPI document shows is what the service gives; the scan is ours."""
 
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from app.files import answer_file
+from app.readers import read_file
+from app.segments import fit_segments
+from synthetic.draw import clouds
+from synthetic.recipes import RECIPES
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 
@@ -37,3 +44,15 @@ def test_the_answer_shown_is_the_one_given_now() -> None:
         shown["primitive"]["radius"], 12.5, rel_tol=1e-3
     )
     assert _same(shown, given), "app/examples/answer.json is out of date; refresh it with: make example"
+
+
+def test_the_segments_are_those_of_the_generator() -> None:
+    recipe = replace(RECIPES["scanner"], seed=2354)
+    drawn = list(clouds(recipe, 3))
+    cloud = read_file(EXAMPLES / "segments.csv", labels="label")
+    np.testing.assert_allclose(cloud.points, np.vstack([one.points for one in drawn]), rtol=1e-9)
+    segments = fit_segments(cloud.points, cloud.labels)
+    assert [segment.label for segment in segments] == [1, 2, 3]
+    for segment, one in zip(segments, drawn, strict=True):
+        assert segment.recognition is not None and segment.recognition.status == "fitted"
+        assert segment.recognition.primitive.kind == one.kind

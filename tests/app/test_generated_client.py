@@ -84,6 +84,40 @@ def test_a_raw_body_is_posted_with_options_in_the_query(client: Any) -> None:
     assert answer.receipt.options.max_error == 0.5
 
 
+def test_a_batch_of_files_is_uploaded_and_its_lines_read(client: Any, cylinder: np.ndarray) -> None:
+    models, operation, types = _part("models"), _part("api.default.fit_batch"), _part("types")
+    files = [
+        types.File(io.BytesIO((EXAMPLES / name).read_bytes()), name, "text/csv")
+        for name in ("cylinder.csv", "segments.csv")
+    ]
+    upload = models.BatchUpload(file=[*files, types.File(io.BytesIO(b"1 2 3"), "few.xyz")], labels="auto")
+    response = operation.sync_detailed(client=client, body=upload, seed=3)
+    assert response.status_code == 200
+    *items, end = map(json.loads, response.content.splitlines())
+    answers = [models.BatchAnswer.from_dict(item) for item in items[:-1]]
+    assert [(answer.file, answer.label) for answer in answers] == [
+        ("cylinder.csv", None),
+        *(("segments.csv", label) for label in (1, 2, 3)),
+    ]
+    expected = fit(cylinder, seed=3).primitive
+    assert answers[0].answer.primitive.radius == expected.radius  # type: ignore[union-attr]
+    assert [type(answer.answer.primitive) for answer in answers[1:]] == [
+        models.Plane,
+        models.Sphere,
+        models.Cylinder,
+    ]
+    assert models.BatchProblem.from_dict(items[-1]).problem.errors[0].field == "points"
+    assert models.BatchSummary.from_dict(end).summary.problems == 1
+
+
+def test_a_batch_that_is_refused_is_a_problem(client: Any) -> None:
+    models, operation = _part("models"), _part("api.default.fit_batch")
+    request = models.FitRequest(points=SMALL["points"])
+    refused = operation.sync(client=client, body=request, max_error=2.0)
+    assert isinstance(refused, models.Problem)
+    assert refused.errors[0].field == "max_error"
+
+
 def test_problems_are_typed(client: Any) -> None:
     models, operation = _part("models"), _part("api.default.fit")
     problem = operation.sync(client=client, body=models.FitRequest(points=[[1.0, 2.0, 3.0]]))

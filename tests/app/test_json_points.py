@@ -31,7 +31,7 @@ REFUSED = {
     "point as null": (_points("null"), "points[2]", "null"),
     "point as number": (_points("7"), "points[2]", "number"),
     "points as string": (b'{"points": "1 2 3"}', "points", "string of 5 characters"),
-    "points as object": (b'{"points": {}}', "points", "object"),
+    "points as object": (b'{"points": {}}', "points.dtype", "missing"),
     "points as null": (b'{"points": null}', "points", "null"),
     "points nested three deep": (b'{"points": [[[1, 2, 3]]]}', "points[0]", "array of 1"),
     "no points": (b"{}", "points", "missing"),

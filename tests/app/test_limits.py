@@ -16,6 +16,9 @@ import httpx
 import numpy as np
 import pytest
 
+from tests.app.conftest import workers_of
+from tests.app.processes import needs_proc, ticks
+
 SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
 MIB = 2**20
 
@@ -162,21 +165,6 @@ def test_five_million_points_are_the_default_limit(service: Any) -> None:
     _is_problem(service.post(body, "model/ply"), 413, "too-large")
 
 
-def _workers(pid: int) -> list[int]:
-    """The worker processes of a service: what was forked by its fork server."""
-    parents = {}
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(OSError):
-            parents[int(stat.parent.name)] = int(stat.read_text().rpartition(")")[2].split()[1])
-    forkers = {child for child, parent in parents.items() if parent == pid}
-    return [child for child, parent in parents.items() if parent in forkers]
-
-
-def _ticks(pid: int) -> int:
-    """Processor time that a process has used, in hundredths of a second."""
-    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11])
-
-
 class _Background(threading.Thread):
     """A request in the background; `response` is there after `join`."""
 
@@ -191,17 +179,14 @@ class _Background(threading.Thread):
         self.response = httpx.post(url, content=self.body, headers=headers, timeout=60)
 
 
-needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="finds the workers in /proc")
-
-
 @needs_proc
 def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
-    before = _workers(service.pid)
+    before = workers_of(service.pid)
     assert len(before) == 2
-    idle = {pid: _ticks(pid) for pid in before}
+    idle = {pid: ticks(pid) for pid in before}
     request = _Background(service, _npy(_cylinder(2_000_000)))
     request.start()
-    while not any(_ticks(pid) > idle[pid] + 20 for pid in before):
+    while not any(ticks(pid) > idle[pid] + 20 for pid in before):
         time.sleep(0.02)
     for pid in before:
         os.kill(pid, signal.SIGKILL)
@@ -210,13 +195,13 @@ def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
     for _ in range(3):
         _works(service)
     assert _is_clean(service)
-    assert set(_workers(service.pid)).isdisjoint(before)
+    assert set(workers_of(service.pid)).isdisjoint(before)
 
 
 @needs_proc
 def test_a_worker_that_died_while_idle_is_replaced_unnoticed(strict_service: Any) -> None:
     for _ in range(5):
-        (worker,) = _workers(strict_service.pid)
+        (worker,) = workers_of(strict_service.pid)
         os.kill(worker, signal.SIGKILL)
         assert strict_service.client.get("/readyz").status_code == 200
         _works(strict_service)
@@ -224,19 +209,19 @@ def test_a_worker_that_died_while_idle_is_replaced_unnoticed(strict_service: Any
 
 @needs_proc
 def test_work_over_the_time_limit_is_stopped(strict_service: Any) -> None:
-    (before,) = _workers(strict_service.pid)
+    (before,) = workers_of(strict_service.pid)
     os.kill(before, signal.SIGSTOP)
     start = time.monotonic()
     response = strict_service.client.post("/fit", json=SMALL)
     _is_problem(response, 504, "time-limit")
     assert time.monotonic() - start < 5.0
     _works(strict_service)
-    assert _workers(strict_service.pid) != [before]
+    assert workers_of(strict_service.pid) != [before]
 
 
 @needs_proc
 def test_more_requests_than_may_wait_are_refused_at_once(strict_service: Any) -> None:
-    (worker,) = _workers(strict_service.pid)
+    (worker,) = workers_of(strict_service.pid)
     os.kill(worker, signal.SIGSTOP)
     requests = [_Background(strict_service, _npy(_cylinder(100))) for _ in range(4)]
     for request in requests:

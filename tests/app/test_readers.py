@@ -1,5 +1,6 @@
 """Every format gives the same points; columns are found; what is ambiguous or broken is named."""
 
+import gzip
 import io
 from collections.abc import Callable
 from contextlib import suppress
@@ -8,6 +9,8 @@ from typing import Any
 import numpy as np
 import plyfile
 import pytest
+import trimesh
+import zstandard
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -207,16 +210,22 @@ def test_an_unpickled_array_never_runs_code() -> None:
         read(_npy(np.array([[Canary(), 2, 3]], dtype=object), allow_pickle=True))
 
 
-@settings(max_examples=150, deadline=None)
+BALL = trimesh.creation.icosphere(subdivisions=1)
+WHOLE = [_text(","), _text(" ", "x y z"), b"50\n" + _text(" "), NPY, _ply(False), _ply(True)]
+WHOLE += [BALL.export(file_type=kind) for kind in ("stl", "glb")]
+WHOLE += [BALL.export(file_type=kind).encode() for kind in ("stl_ascii", "obj")]
+WHOLE += [b'{"points": ' + str(POINTS.tolist()).encode() + b', "options": {"seed": 1}}']
+WHOLE += [gzip.compress(NPY), zstandard.compress(NPY)]
+
+
+@settings(max_examples=300, deadline=None)
 @given(data=st.data())
 def test_mutated_files_are_read_or_refused_and_never_crash(data: st.DataObject) -> None:
-    whole = bytearray(
-        data.draw(st.sampled_from([_text(","), _text(" ", "x y z"), NPY, _ply(False), _ply(True)]))
-    )
+    whole = bytearray(data.draw(st.sampled_from(WHOLE)))
     for _ in range(data.draw(st.integers(1, 4))):
         start = data.draw(st.integers(0, min(len(whole), 400)))
         end = start + data.draw(st.integers(0, 20))
-        letters = st.text("0123456789-+e., \n#ply", max_size=20).map(str.encode)
+        letters = st.text('0123456789-+e., \n#ply[]{}:"', max_size=20).map(str.encode)
         whole[start:end] = data.draw(st.binary(max_size=20) | letters)
     with suppress(UnreadableFileError):
         assert np.isfinite(read(bytes(whole), limits=Limits(points=1000)).points).all()

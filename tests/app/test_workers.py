@@ -98,3 +98,61 @@ def test_a_cancelled_caller_does_not_free_a_busy_worker() -> None:
         assert await pool.run(0.0, _wanted) is None
 
     _with_pool(time.sleep, use)
+
+
+def test_batches_take_turns_and_let_requests_in_between() -> None:
+    """Two batches of eight and four, and a request that comes last of all but does not wait for them."""
+    order: list[str] = []
+
+    async def use(pool: WorkerPool) -> None:
+        await pool.run(0.0, _wanted)
+
+        async def do(run: Callable[..., Awaitable[Any]], name: str) -> None:
+            await run(0.02, _wanted)
+            order.append(name)
+
+        with pool.batch() as first, pool.batch() as second:
+            jobs = [do(first, "a") for _ in range(8)] + [do(second, "b") for _ in range(4)]
+            tasks = [asyncio.ensure_future(job) for job in jobs]
+            await asyncio.sleep(0.01)
+            await do(pool.run, "request")
+            await asyncio.gather(*tasks)
+
+    _with_pool(time.sleep, use)
+    assert order.index("request") <= 2
+    without = "".join(name for name in order if name != "request")
+    assert without == "abababab" + "aaaa"
+
+
+def test_open_batches_are_limited_but_their_jobs_wait_without_end() -> None:
+    async def use(pool: WorkerPool) -> None:
+        with pool.batch() as run:
+            with pytest.raises(BusyError), pool.batch():
+                pass
+            await asyncio.gather(*(run(0.0, _wanted) for _ in range(20)))
+        with pool.batch():
+            pass
+
+    _with_pool(time.sleep, use, queue_size=0)
+
+
+def test_a_caller_that_is_cancelled_while_it_is_asked_keeps_no_worker() -> None:
+    async def use(pool: WorkerPool) -> None:
+        asked = asyncio.Event()
+
+        async def unsure() -> bool:
+            asked.set()
+            await asyncio.sleep(60)
+            return False
+
+        with pool.batch() as run:
+            for way in (run, pool.run):
+                asked.clear()
+                task = asyncio.create_task(way(0.0, unsure))
+                await asked.wait()
+                task.cancel()
+                with pytest.raises(asyncio.CancelledError):
+                    await task
+            assert await asyncio.wait_for(run(0.0, _wanted), 30) is None
+
+    _with_pool(time.sleep, use)

@@ -65,6 +65,7 @@ def _serve() -> None:
         read(data, LIMITS)
     for encoding in ("ascii", "binary", "binary_compressed"):
         read(pcd(POINTS, encoding), LIMITS)
+    read(b"1,2,3\n4,5,6\n", LIMITS)
     while size := sys.stdin.buffer.read(8):
         data = sys.stdin.buffer.read(*struct.unpack("<Q", size))
         pid = os.fork()

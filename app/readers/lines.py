@@ -1,0 +1,65 @@
+"""The lines of a text, none of them endless, and the numbers in them."""
+
+from collections.abc import Callable, Iterator
+from io import BytesIO, TextIOWrapper
+
+import numpy as np
+
+from app.readers.cloud import Array
+from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
+
+_LINE_LIMIT = 64 * 1024
+_BOM = b"\xef\xbb\xbf"
+
+Rows = Callable[[], Iterator[tuple[int, str]]]
+
+
+def check_lines(data: memoryview) -> None:
+    """Raise `UnreadableFileError` naming the first line that is over 64 KiB long; nothing is copied whole."""
+    start, number = 0, 1
+    while len(data) - start > _LINE_LIMIT:
+        piece = bytes(data[start : start + _LINE_LIMIT])
+        end = max(piece.rfind(b"\n"), piece.rfind(b"\r")) + 1
+        if not end:
+            raise UnreadableFileError(f"line {number}", "the line is over 64 KiB long")
+        start += end
+        number += piece.count(b"\n", 0, end)
+
+
+def lines(text: bytes) -> Iterator[str]:
+    """The lines of a text in UTF-8, whatever ends them; what is not UTF-8 is replaced."""
+    return iter(TextIOWrapper(BytesIO(text.removeprefix(_BOM)), "utf-8", errors="replace"))
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell holds a decimal number, NaN or infinity."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell and cell.isascii()
+
+
+def load_triples(rows: Rows, what: str) -> Array:
+    """The three numbers after the first word of each row, as (N, 3); `rows` gives line numbers and lines.
+
+    Raises `InvalidPointsError` naming the lines that do not hold three numbers.
+    """
+    if next(rows(), None) is None:
+        return np.empty((0, 3))
+    try:
+        return np.loadtxt((line for _, line in rows()), np.float64, comments=None, usecols=(1, 2, 3), ndmin=2)
+    except ValueError:
+        raise _explain(rows, what) from None
+
+
+def _explain(rows: Rows, what: str) -> InvalidPointsError:
+    bad = [
+        number
+        for number, line in rows()
+        if len(cells := line.split()[1:4]) < 3 or not all(is_number(cell) for cell in cells)
+    ]
+    errors = [FieldError(f"line {number}", f"a {what} must be three numbers") for number in bad[:SHOWN]]
+    return InvalidPointsError(
+        errors[0].field, f"{len(bad)} lines hold no {what} of three numbers", errors=errors
+    )

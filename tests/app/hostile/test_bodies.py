@@ -1,0 +1,572 @@
+"""Hostile bodies, texts, packed files, meshes: a clear 4xx, quickly, with little memory, and life goes on."""
+
+import base64
+import contextlib
+import gzip
+import io
+import json
+import os
+import socket
+import struct
+import sys
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+import zstandard
+
+from app.readers import UnreadableFileError, read
+from tests.app.conftest import Service, running, workers_of
+from tests.app.hostile.measure import MEMORY, SECONDS, refused
+
+EXAMPLES = Path(__file__).parents[3] / "app" / "examples"
+REQUEST = (EXAMPLES / "request.json").read_bytes()
+CSV = (EXAMPLES / "cylinder.csv").read_bytes()
+MIB = 2**20
+AS_JSON = {"Content-Type": "application/json"}
+CANARY = b"canary"
+Make = Callable[[], bytes]
+needs_proc = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="watches memory in /proc")
+
+
+# What the readers refuse, each in a process of its own.
+
+
+def _npy(array: np.ndarray) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, array)
+    return stream.getvalue()
+
+
+def _array(values: Any, kind: str = "<f8", **changes: object) -> dict[str, Any]:
+    """A base64 array, with some of its fields changed or, with None, left out."""
+    array = np.asarray(values, kind)
+    encoded = {
+        "dtype": array.dtype.name,
+        "shape": list(array.shape),
+        "base64": base64.b64encode(array.tobytes()).decode(),
+    }
+    return {name: value for name, value in {**encoded, **changes}.items() if value is not None}
+
+
+GRID = np.random.default_rng(4).normal(size=(50, 3))
+BASE64 = _array(GRID)["base64"]
+
+
+def _json(points: object = GRID.tolist(), **beside: object) -> bytes:
+    return json.dumps({"points": points, **beside}).encode()
+
+
+def _with_nan(width: int | None = 3) -> dict[str, Any]:
+    values = GRID.copy() if width else GRID[:, 0].copy()
+    values[7] = np.nan
+    return _array(values)
+
+
+NOT_FINITE: dict[str, tuple[Make, str]] = {
+    "NaN in points": (lambda: b'{"points": [[1, 2, NaN]]}', "points[0][2]"),
+    "Infinity in points": (lambda: b'{"points": [[1, 2, 3], [-Infinity, 2, 3]]}', "points[1][0]"),
+    "1e999 in points": (lambda: b'{"points": [[1, 1e999, 3]]}', "points[0][1]"),
+    "an integer of 5,000 digits": (lambda: b'{"points": [[1, %s, 3]]}' % (b"7" * 5000), "points[0][1]"),
+    "NaN in weights": (lambda: b'{"points": [[1, 2, 3]], "weights": [NaN]}', "weights[0]"),
+    "NaN in deviations": (lambda: b'{"points": [[1, 2, 3]], "standard_deviations": [NaN]}',
+                          "standard_deviations[0]"),
+    "1e999 in normals": (lambda: b'{"points": [[1, 2, 3]], "normals": [[0, 1e999, 1]]}', "normals[0][1]"),
+    "NaN in labels": (lambda: b'{"points": [[1, 2, 3]], "labels": [NaN]}', "labels[0]"),
+    "NaN in max_error": (lambda: b'{"points": [], "options": {"max_error": NaN}}', "options.max_error"),
+    "NaN in base64": (lambda: _json(_with_nan()), "points[7][0]"),
+    "infinity in base64 of float32": (lambda: _json(_array([[1, 2, np.inf]], "<f4")), "points[0][2]"),
+    "NaN in base64 normals": (lambda: _json(normals=_with_nan()), "normals[7][0]"),
+    "a normal of zeros": (lambda: _json(normals=[[0, 0, 0]] * 50), "normals[0]"),
+    "nan in csv": (lambda: b"1,2,3\n4,nan,6\n", "points[1][1]"),
+    "inf in csv": (lambda: b"1,2,3\n4,5,-inf\n", "points[1][2]"),
+    "1e999 in csv": (lambda: b"1,2,3\n1e999,5,6\n", "points[1][0]"),
+    "nan in all of a big array": (lambda: _npy(np.full((600_000, 3), np.nan)), "points[0][0]"),
+    "nan in obj": (lambda: b"v 1 2 3\nv 1 nan 3\n", "points[1][1]"),
+    "nan in ascii stl": (lambda: STL_ASCII.replace(b"1.5", b"nan"), "points[0][0]"),
+    "infinity in binary stl": (lambda: _stl([[[np.inf, 2, 3], [4, 5, 6], [7, 8, 9]]]), "points[0][0]"),
+    "infinity in glb": (lambda: _glb(np.array([[1, 2, np.inf]])), "points[0][2]"),
+    "glb that a node blows up": (
+        lambda: _glb(np.full((4, 3), 1e9), nodes=[{"mesh": 0, "scale": [1e308] * 3}]), "points[0][0]"),
+}  # fmt: skip
+JSON: dict[str, tuple[Make, str]] = {
+    "depth of 10^6": (lambda: b'{"points": ' + b"[" * 10**6 + b"]" * 10**6 + b"}", "points"),
+    "depth of 10^5": (lambda: b'{"points": ' + b"[" * 10**5 + b"]" * 10**5 + b"}", "body"),
+    "objects 10^5 deep": (lambda: b'{"points": ' * 10**5, "body"),
+    "100,000 bad rows": (lambda: _json([["s3cret", 1]] * 100_000), "points[0]"),
+    "5 million values": (lambda: b'{"points": [' + b"0," * 5_000_000 + b"0]}", "points"),
+    "a million strings": (lambda: b'{"labels": [' + b'"a",' * 10**6 + b'"a"]}', "points"),
+    "a string of 10 MB": (lambda: _json("s3cret" * 1_600_000), "points"),
+    "labels of two types": (lambda: _json(labels=[1, "a"] * 25), "labels"),
+    "labels with fractions": (lambda: _json(labels=[0.5] * 50), "labels"),
+    "labels beyond 64 bits": (lambda: _json(labels=[2**64 - 1] * 50), "labels"),
+    "a label of 10,000 letters": (lambda: _json(labels=["a" * 10_000] * 50), "labels"),
+    "too few labels": (lambda: _json(labels=[1] * 49), "labels"),
+    "too many normals": (lambda: _json(normals=[[0, 0, 1]] * 51), "normals"),
+    "base64 one letter short": (lambda: _json(_array(GRID, base64=BASE64[:-1])), "points.base64"),
+    "base64 four letters long": (lambda: _json(_array(GRID, base64=BASE64 + "AAAA")), "points.base64"),
+    "base64 without padding": (lambda: _json(weights=_array(GRID[:, 0], base64="A" * 534)), "weights.base64"),
+    "base64 padded in the middle": (lambda: _json(_array(GRID, base64="AA==" + BASE64[4:])), "points.base64"),
+    "base64 of the url alphabet": (lambda: _json(_array(GRID, base64="-_" + BASE64[2:])), "points.base64"),
+    "base64 with a line break": (lambda: _json(_array(GRID, base64=BASE64[:-1] + "\n")), "points.base64"),
+    "base64 that is not ascii": (lambda: _json(_array(GRID, base64="é" + BASE64[1:])), "points.base64"),
+    "base64 as array": (lambda: _json(_array(GRID, base64=[1])), "points.base64"),
+    "base64 of objects": (lambda: _json(_array(GRID, dtype="object")), "points.dtype"),
+    "base64 of strings": (lambda: _json(_array(GRID, dtype="U8")), "points.dtype"),
+    "base64 in big-endian": (lambda: _json(_array(GRID, dtype=">f8")), "points.dtype"),
+    "dtype as array": (lambda: _json(_array(GRID, dtype=["float64"])), "points.dtype"),
+    "shape below zero": (lambda: _json(_array(GRID, shape=[-50, 3])), "points.shape"),
+    "shape of 10^12": (lambda: _json(_array(GRID, shape=[10**12, 3])), "points"),
+    "shape as 1e12": (lambda: _json(_array(GRID, shape=[1e12, 3])), "points.shape"),
+    "shape of 10^30": (lambda: _json(_array(GRID, shape=[10**30, 3])), "points.shape"),
+    "shape of booleans": (lambda: _json(_array(GRID, shape=[True, 3])), "points.shape"),
+    "shape of strings": (lambda: _json(_array(GRID, shape=["50", 3])), "points.shape"),
+    "shape of one dimension": (lambda: _json(_array(GRID, shape=[150])), "points.shape"),
+    "shape of two columns": (lambda: _json(_array(GRID, shape=[75, 2])), "points.shape"),
+    "shape missing": (lambda: _json(_array(GRID, shape=None)), "points.shape"),
+    "one field too many": (lambda: _json({**_array(GRID), "order": "F"}), "points.order"),
+    "weights of three columns": (lambda: _json(weights=_array(GRID)), "weights.shape"),
+    "labels as base64 floats": (lambda: _json(labels=_array(GRID[:, 0])), "labels.dtype"),
+}
+TEXT: dict[str, tuple[Make, str]] = {
+    "100,000 bad lines": (lambda: b"1,2,3\n" + b"1,s3cret,3\n" * 100_000, "line 2, column 2"),
+    "a line of 30 MB": (lambda: b"1,2,3\n" * 30 + b"1 " * 15_000_000, "line 31"),
+    "a header of 1 MB": (lambda: b"x,y,z" + b",s3cret" * 150_000 + b"\n1,2,3\n", "line 1"),
+    "nothing but lines": (lambda: b"\n" * 10_000_000, "file"),
+    "nothing but comments": (lambda: b"#\n" * 5_000_000, "file"),
+    "bytes without a format": (lambda: bytes(range(256)) * 10_000, "file"),
+    "pts with more rows": (lambda: b"2\n1 2 3 4\n1 2 3 4\n1 2 3 4\n", "line 1"),
+    "pts with fewer rows": (lambda: b"4\n1 2 3 4\n1 2 3 4\n1 2 3 4\n", "line 1"),
+    "pts of 10^12 rows": (lambda: b"1000000000000\n1 2 3 4\n1 2 3 4\n", "file"),
+    "pts of -1 rows": (lambda: b"-1\n1 2 3 4\n1 2 3 4\n", "file"),
+    "pts of 1e12 rows": (lambda: b"1e12\n1 2 3 4\n1 2 3 4\n", "file"),
+    "a grid of heights": (lambda: b"ncols 3\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n", "file"),
+}
+
+
+def _zstd_frame(header: bytes, *blocks: bytes) -> bytes:
+    """A frame with this header and raw blocks."""
+    raw = b"".join(
+        (len(block) << 3 | (i == len(blocks) - 1)).to_bytes(3, "little") + block
+        for i, block in enumerate(blocks)
+    )
+    return b"\x28\xb5\x2f\xfd" + header + raw
+
+
+def _declaring(n_bytes: int, window: int | None) -> bytes:
+    """A frame of `CSV` that declares another size, with a window descriptor or, with None, one segment."""
+    flags = bytes([0b11000000]) + bytes([window]) if window is not None else bytes([0b11100000])
+    return _zstd_frame(flags + n_bytes.to_bytes(8, "little"), CSV[:1000], CSV[1000:2000])
+
+
+PACKED: dict[str, tuple[Make, str]] = {
+    "gzip bomb": (lambda: gzip.compress(bytes(2**28), 9), "file"),
+    "zstd bomb": (lambda: zstandard.compress(bytes(2**28)), "file"),
+    "zstd bomb without a size": (
+        lambda: zstandard.ZstdCompressor(write_content_size=False).compress(bytes(2**28)), "file"),
+    "zstd of 1 TB in a window": (lambda: _declaring(10**12, 0), "file"),
+    "zstd of 1 TB in one segment": (lambda: _declaring(10**12, None), "file"),
+    "zstd that declares less": (lambda: _declaring(1500, 0), "file"),
+    "zstd with a window of 3.75 TB": (lambda: _zstd_frame(b"\0\xff", CSV[:1000]), "file"),
+    "zstd with a window of 16 MiB": (lambda: _zstd_frame(b"\0\x70", CSV[:1000]), "file"),
+    "zstd with a dictionary": (lambda: _zstd_frame(b"\x01\0\x07", CSV[:1000]), "file"),
+    "200,000 zstd frames": (lambda: zstandard.compress(b"") * 200_000, "file"),
+    "200,000 gzip members": (lambda: gzip.compress(b"") * 200_000, "file"),
+    "20 bombs in a row": (lambda: gzip.compress(bytes(2**25)) * 20, "file"),
+    "gzip cut in the header": (lambda: gzip.compress(CSV)[:8], "file"),
+    "gzip cut in the middle": (lambda: gzip.compress(CSV)[:3000], "file"),
+    "gzip cut in the checksum": (lambda: gzip.compress(CSV)[:-5], "file"),
+    "gzip with a wrong checksum": (lambda: gzip.compress(CSV)[:-5] + b"\0" * 5, "file"),
+    "zstd cut in the header": (lambda: zstandard.compress(CSV)[:5], "file"),
+    "zstd cut in the middle": (lambda: zstandard.compress(CSV)[:3000], "file"),
+    "zstd cut before the end": (lambda: zstandard.compress(CSV)[:-1], "file"),
+    "gzip and garbage": (lambda: gzip.compress(CSV) + b"garbage", "file"),
+    "gzip and zeros": (lambda: gzip.compress(CSV) + bytes(512), "file"),
+    "zstd and garbage": (lambda: zstandard.compress(CSV) + b"garbage", "file"),
+    "gzip in gzip": (lambda: gzip.compress(gzip.compress(CSV)), "file"),
+    "zstd in gzip": (lambda: gzip.compress(zstandard.compress(CSV)), "file"),
+    "gzip of nothing": (lambda: gzip.compress(b""), "file"),
+}  # fmt: skip
+
+
+def _stl(triangles: Any, announced: int | None = None) -> bytes:
+    """A binary STL of these triangles (N, 3, 3)."""
+    corners = np.asarray(triangles, "<f4")
+    rows = b"".join(bytes(12) + corner.tobytes() + bytes(2) for corner in corners)
+    return bytes(80) + struct.pack("<I", len(corners) if announced is None else announced) + rows
+
+
+TRIANGLES = np.random.default_rng(5).normal(size=(40, 3, 3))
+STL_ASCII = (
+    b"solid part\nfacet normal 0 0 1\nouter loop\nvertex 1.5 2 3\nvertex 4 5 6\nvertex 7 8 9\nendloop\n"
+    b"endfacet\nendsolid part\n"
+)
+
+
+def _glb(points: np.ndarray, text: bytes | None = None, **changes: Any) -> bytes:
+    """A GLB file of one mesh, with some of the top-level fields of its document, or all of it, replaced."""
+    data = np.asarray(points, "<f4").tobytes()
+    accessor = {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": len(points)}
+    document = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": 0}]}],
+        "accessors": [accessor],
+        "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(data)}],
+        "buffers": [{"byteLength": len(data)}],
+    }
+    text = json.dumps({**document, **changes}).encode() if text is None else text
+    text += b" " * (-len(text) % 4)
+    chunks = (
+        struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(data), 0x004E4942) + data
+    )
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def _accessor(**changes: Any) -> bytes:
+    accessor = {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 50}
+    return _glb(GRID, accessors=[{**accessor, **changes}])
+
+
+GLB = _glb(GRID)
+MESHES: dict[str, tuple[Make, str]] = {
+    "stl of 2^32-1 triangles": (lambda: _stl(TRIANGLES, 2**32 - 1), "file"),
+    "stl of one triangle more": (lambda: _stl(TRIANGLES, 41), "file"),
+    "stl of one triangle less": (lambda: _stl(TRIANGLES, 39), "file"),
+    "stl cut in a triangle": (lambda: _stl(TRIANGLES)[:-7], "file"),
+    "stl without triangles": (lambda: _stl(np.empty((0, 3, 3))), "file"),
+    "ascii stl cut": (lambda: STL_ASCII[:-40], "file"),
+    "ascii stl of two corners": (lambda: STL_ASCII.replace(b"vertex 7 8 9\n", b""), "file"),
+    "ascii stl of words": (lambda: STL_ASCII.replace(b"5", b"five"), "line 4"),
+    "ascii stl of a line of 10 MB": (lambda: STL_ASCII.replace(b"part", b"part" * 2_500_000, 1), "line 1"),
+    "ascii stl of 100,000 bad lines": (lambda: STL_ASCII + b"vertex s3cret\n" * 100_000, "line 10"),
+    "obj of words": (lambda: b"v 1 2 3\nv 1 two 3\n", "line 2"),
+    "obj of two coordinates": (lambda: b"# part\nv 1 2 3\nv 1 2\n", "line 3"),
+    "obj of a line of 10 MB": (lambda: b"v 1 2 3\n" + b"f" + b" 1" * 5_000_000, "line 2"),
+    "obj of 100,000 bad lines": (lambda: b"v 1 2 3\n" + b"v s3cret\n" * 100_000, "line 2"),
+    "glb cut in the header": (lambda: GLB[:11], "file"),
+    "glb cut in the json": (lambda: GLB[:100], "header"),
+    "glb one byte short": (lambda: GLB[:-1], "header"),
+    "glb one byte long": (lambda: GLB + b"\0", "header"),
+    "glb of version 1": (lambda: GLB[:4] + b"\1" + GLB[5:], "header"),
+    "glb with a chunk of 4 GB": (lambda: GLB[:12] + b"\xff" * 4 + GLB[16:], "file"),
+    "glb with json of 2 MB": (lambda: _glb(GRID, b"[" + b"{}," * 700_000 + b"{}]"), "file"),
+    "glb with json 300,000 deep": (lambda: _glb(GRID, b"[" * 300_000 + b"]" * 300_000), "file"),
+    "glb of broken json": (lambda: _glb(GRID, b'{"scene": '), "file"),
+    "glb of an array": (lambda: _glb(GRID, b"[]"), "file"),
+    "glb without a scene": (lambda: _glb(GRID, scenes=None), "scene"),
+    "glb with scenes as number": (lambda: _glb(GRID, scenes=7), "scene"),
+    "glb with a node of -1": (lambda: _glb(GRID, scenes=[{"nodes": [-1]}]), "nodes"),
+    "glb with a node of true": (lambda: _glb(GRID, scenes=[{"nodes": [True]}]), "nodes"),
+    "glb with a mesh of 1e12": (lambda: _glb(GRID, nodes=[{"mesh": 1e12}]), "mesh"),
+    "glb with a circle of nodes": (lambda: _glb(GRID, nodes=[{"mesh": 0, "children": [0]}]), "nodes[0]"),
+    "glb with a matrix of words": (lambda: _glb(GRID, nodes=[{"matrix": ["a"] * 16}]), "nodes[0].matrix"),
+    "glb with 50,000 nodes": (
+        lambda: _glb(GRID, scenes=[{"nodes": list(range(50_000))}], nodes=[{}] * 50_000), "nodes[10000]"),
+    "glb with a million copies": (
+        lambda: _glb(GRID[:1], scenes=[{"nodes": list(range(2000))}], nodes=[{"mesh": 0}] * 2000,
+                     meshes=[{"primitives": [{"attributes": {"POSITION": 0}}] * 500}]),
+        "meshes[0].primitives[0]"),
+    "glb of 10^12 points": (lambda: _accessor(count=10**12), "file"),
+    "glb of -1 points": (lambda: _accessor(count=-1), "accessors[0].count"),
+    "glb of no points": (lambda: _accessor(count=0), "accessors[0]"),
+    "glb of one point more": (lambda: _accessor(count=51), "accessors[0]"),
+    "glb of 4 million points": (lambda: _accessor(count=4_000_000), "accessors[0]"),
+    "glb with a far offset": (lambda: _accessor(byteOffset=2**40), "accessors[0]"),
+    "glb with an offset below zero": (lambda: _accessor(byteOffset=-12), "accessors[0].byteOffset"),
+    "glb with sparse points": (lambda: _accessor(sparse={"count": 2**31}), "accessors[0]"),
+    "glb of strings": (lambda: _accessor(type="VEC3" * 1000), "accessors[0]"),
+    "glb of doubles": (lambda: _accessor(componentType=5130), "accessors[0]"),
+    "glb with a long view": (
+        lambda: _glb(GRID, bufferViews=[{"buffer": 0, "byteLength": 10**12}]), "accessors[0]"),
+    "glb with a stride of 0": (
+        lambda: _glb(GRID, bufferViews=[{"buffer": 0, "byteLength": 600, "byteStride": 0}]), "accessors[0]"),
+    "glb compressed by draco": (
+        lambda: _glb(GRID, extensionsUsed=["KHR_draco_mesh_compression"]), "extensionsUsed"),
+}  # fmt: skip
+CASES = {
+    f"{family}: {name}": case
+    for family, cases in {
+        "not finite": NOT_FINITE, "json": JSON, "text": TEXT, "packed": PACKED, "mesh": MESHES,
+    }.items()
+    for name, case in cases.items()
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "field"), CASES.values(), ids=CASES)
+def test_hostile_bytes_are_refused_quickly_with_little_memory_and_the_field_named(
+    make: Make, field: str
+) -> None:
+    error = refused(make())
+    assert error.field == field
+    assert "s3cret" not in error.message
+
+
+# What the service refuses, and that it goes on working.
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """A service with one worker, whose memory can be watched, and bodies of at most 32 MiB."""
+    with running(tmp_path_factory.mktemp("bodies"), workers=1, max_body_bytes=32 * MIB) as started:
+        yield started
+
+
+def _refused_by(service: Service, send: Callable[[], httpx.Response]) -> dict[str, Any]:
+    """The problem that a request ends in, after checking what it cost and that the next one works.
+
+    It has three tries for its second: other programs may slow one of them down.
+    """
+    watched = [service.pid, *workers_of(service.pid)]
+    for _ in range(3):
+        before = [_forget_peak(pid) for pid in watched]
+        started = time.perf_counter()
+        response = send()
+        seconds = time.perf_counter() - started
+        if seconds < SECONDS:
+            break
+    assert seconds < SECONDS
+    assert all(_peak(pid) - was < MEMORY for pid, was in zip(watched, before, strict=True))
+    assert response.headers["content-type"] == "application/problem+json", response.text
+    assert 400 <= response.status_code < 500
+    assert len(response.content) <= 16 * 1024
+    assert b"s3cret" not in response.content
+    assert service.client.post("/fit", content=REQUEST, headers=AS_JSON).status_code == 200
+    assert workers_of(service.pid) == watched[1:]
+    problem: dict[str, Any] = response.json()
+    assert len(problem["errors"]) <= 20
+    return problem
+
+
+def _forget_peak(pid: int) -> int:
+    """Bytes that a process holds; what it held before is no longer counted."""
+    with contextlib.suppress(OSError):
+        Path(f"/proc/{pid}/clear_refs").write_text("5")
+    return _peak(pid)
+
+
+def _peak(pid: int) -> int:
+    status = Path(f"/proc/{pid}/status").read_text()
+    return 1024 * int(status.partition("VmHWM:")[2].split()[0])
+
+
+@needs_proc
+@pytest.mark.parametrize(("make", "field"), CASES.values(), ids=CASES)
+def test_the_service_refuses_hostile_bytes_and_goes_on(alone: Service, make: Make, field: str) -> None:
+    body = make()
+    problem = _refused_by(alone, lambda: alone.post(body, "application/octet-stream"))
+    assert problem["errors"][0]["field"] == field
+
+
+def _options(**options: object) -> bytes:
+    return json.dumps({**json.loads(REQUEST), "options": options}).encode()
+
+
+def _per_point(name: str, value: float) -> bytes:
+    points = json.loads(REQUEST)["points"]
+    return json.dumps({"points": points, name: _array([1.0] * (len(points) - 1) + [value])}).encode()
+
+
+SPHERE = {"kind": "sphere", "center": [0, 0, 0], "radius": 1}
+VALUES: dict[str, tuple[Make, str]] = {
+    "infinity in base64 weights": (lambda: _per_point("weights", np.inf), "weights[39]"),
+    "NaN in base64 weights": (lambda: _per_point("weights", np.nan), "weights[39]"),
+    "NaN in base64 deviations": (lambda: _per_point("standard_deviations", np.nan),
+                                 "standard_deviations[39]"),
+    "too few base64 weights": (lambda: _json(weights=_array([1.0])), "weights"),
+    "1e999 in max_error": (lambda: _options(max_error=7).replace(b"7}", b"1e999}"), "options.max_error"),
+    "NaN in a constraint": (lambda: _options(constraints={"radius": {"value": np.nan}}),
+                            "options.constraints.radius.value"),
+    "a huge constraint": (lambda: _options(constraints={"center": [1e308, 0, 0]}),
+                          "options.constraints.center"),
+    "NaN in a guess": (lambda: _options(initial_guess={**SPHERE, "radius": np.nan}),
+                       "options.initial_guess.radius"),
+    "a guess of 5,000 digits": (lambda: _options(seed=7).replace(b"7}", b"7" * 5000 + b"}"), "options.seed"),
+}  # fmt: skip
+
+
+@needs_proc
+@pytest.mark.parametrize(("make", "field"), VALUES.values(), ids=VALUES)
+def test_hostile_values_beside_the_points_are_refused(alone: Service, make: Make, field: str) -> None:
+    body = make()
+    assert _refused_by(alone, lambda: alone.post(body, "application/json"))["errors"][0]["field"] == field
+
+
+@needs_proc
+@pytest.mark.parametrize("query", ["max_error=nan", "max_error=inf", "max_error=1e999", f"seed={'7' * 5000}"])
+def test_hostile_values_in_the_query_are_refused(alone: Service, query: str) -> None:
+    headers = {"Content-Type": "text/csv"}
+    problem = _refused_by(alone, lambda: alone.client.post(f"/fit?{query}", content=CSV, headers=headers))
+    assert problem["errors"][0]["field"] == query.partition("=")[0]
+
+
+def _upload(*parts: tuple[bytes, bytes]) -> bytes:
+    """A multipart body of these headers and contents."""
+    return b"".join(b"--x\r\n%s\r\n\r\n%s\r\n" % part for part in parts) + b"--x--\r\n"
+
+
+def _named(name: bytes, content: bytes = CSV) -> tuple[bytes, bytes]:
+    return b'Content-Disposition: form-data; name="%s"; filename="a.csv"' % name, content
+
+
+PACKED_BODIES: dict[str, tuple[str, str, Make, int, str]] = {
+    "gzip bomb": ("gzip", "text/csv", lambda: gzip.compress(bytes(2**28)), 413, "body"),
+    "gzip bomb of json": ("gzip", "application/json", lambda: gzip.compress(b" " * 2**28), 413, "body"),
+    "zstd bomb": ("zstd", "text/csv", lambda: zstandard.compress(bytes(2**28)), 413, "body"),
+    "bomb in an upload": ("gzip", "multipart/form-data; boundary=x",
+                          lambda: gzip.compress(_upload(_named(b"file", bytes(2**28)))), 413, "body"),
+    "bomb as a part": ("identity", "multipart/form-data; boundary=x",
+                       lambda: _upload(_named(b"file", gzip.compress(bytes(2**28)))), 413, "file"),
+    "gzip cut": ("gzip", "text/csv", lambda: gzip.compress(CSV)[:1000], 422, "body"),
+    "zstd cut": ("zstd", "text/csv", lambda: zstandard.compress(CSV)[:1000], 422, "body"),
+    "no gzip": ("gzip", "text/csv", lambda: CSV, 422, "body"),
+    "no zstd": ("zstd", "text/csv", lambda: CSV, 422, "body"),
+    "empty": ("gzip", "text/csv", lambda: b"", 422, "body"),
+    "garbage after the end": ("gzip", "text/csv", lambda: gzip.compress(CSV) + b"1,2,3", 422, "body"),
+    "a packed file in a packed body": (
+        "gzip", "text/csv", lambda: gzip.compress(zstandard.compress(CSV)), 422, "file"),
+    "a packed part in a packed body": (
+        "zstd", "multipart/form-data; boundary=x",
+        lambda: zstandard.compress(_upload(_named(b"file", gzip.compress(CSV)))), 422, "file"),
+}  # fmt: skip
+
+
+@needs_proc
+@pytest.mark.parametrize(
+    ("coding", "media_type", "make", "status", "field"), PACKED_BODIES.values(), ids=PACKED_BODIES
+)
+def test_hostile_packed_bodies_are_refused(
+    alone: Service, coding: str, media_type: str, make: Make, status: int, field: str
+) -> None:
+    body = make()
+    headers = {"Content-Type": media_type, "Content-Encoding": coding}
+    problem = _refused_by(alone, lambda: alone.client.post("/fit", content=body, headers=headers))
+    assert problem["status"] == status
+    assert problem["errors"][0]["field"] == field
+
+
+UPLOADS: dict[str, tuple[Make, str]] = {
+    "a part with a path": (lambda: _upload(_named(b"../../etc/passwd")), "../../etc/passwd"),
+    "a part of 300 characters": (lambda: _upload(_named(b"n" * 300)), "n" * 40),
+    "a part without a name": (lambda: _upload((b"Content-Disposition: form-data", CSV)), "body"),
+    "a part without a header": (lambda: _upload((b"", CSV)), "body"),
+    "a NUL in a name": (lambda: _upload(_named(b"fi\0le")), "fi?le"),
+    "a NUL in a header": (lambda: _upload((b"Content\0Disposition: form-data", CSV)), "body"),
+    "a header of 1 MB": (lambda: _upload(_named(b"n" * MIB)), "body"),
+    "200,000 headers": (lambda: _upload((b"\r\n".join([b"A: b"] * 200_000), CSV)), "body"),
+    "200,000 parameters": (lambda: _upload((_named(b"file")[0] + b"; a=b" * 200_000, CSV)), "body"),
+    "the file twice": (lambda: _upload(_named(b"file"), _named(b"file")), "file"),
+    "an unknown part": (lambda: _upload(_named(b"file"), _named(b"colour")), "colour"),
+    "100,000 parts": (lambda: _upload(*[_named(b"file", b"1")] * 100_000), "file"),
+    "100,000 unknown parts": (lambda: _upload(*[_named(b"p", b"1")] * 100_000), "p"),
+    "no end": (lambda: _upload(_named(b"file"))[:-6], "body"),
+    "another boundary": (lambda: _upload(_named(b"file")).replace(b"--x", b"--y"), "body"),
+    "options of 1 MB": (lambda: _upload(_named(b"file"), _named(b"options", b" " * MIB)), "options"),
+    "options 30,000 deep": (lambda: _upload(_named(b"file"), _named(b"options", b"[" * 30_000)), "options"),
+    "NaN in the options": (
+        lambda: _upload(_named(b"file"), _named(b"options", b'{"max_error": NaN}')), "options"),
+}  # fmt: skip
+
+
+@needs_proc
+@pytest.mark.parametrize(("make", "field"), UPLOADS.values(), ids=UPLOADS)
+def test_hostile_uploads_are_refused(alone: Service, make: Make, field: str) -> None:
+    body = make()
+    problem = _refused_by(alone, lambda: alone.post(body, "multipart/form-data; boundary=x"))
+    assert problem["errors"][0]["field"] == field
+
+
+@needs_proc
+@pytest.mark.parametrize("boundary", ["", "; boundary=", f"; boundary={'b' * 71}", "; boundary" * 1000])
+def test_uploads_without_a_usable_boundary_are_refused(alone: Service, boundary: str) -> None:
+    body = _upload(_named(b"file"))
+    problem = _refused_by(alone, lambda: alone.post(body, f"multipart/form-data{boundary}"))
+    assert problem["errors"][0]["field"] == "Content-Type"
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "/etc/passwd", "n" * 300, "a%00b.ply", "..\\a.stl"])
+def test_the_name_of_a_file_is_never_used(alone: Service, name: str) -> None:
+    response = alone.client.post("/fit", files={"file": (name, CSV)})
+    assert response.json()["primitive"]["kind"] == "cylinder"
+    assert not list(alone.temporary_directory.iterdir())
+
+
+def _pieces(body: bytes) -> Iterator[bytes]:
+    for start in range(0, len(body), 65536):
+        yield body[start : start + 65536]
+
+
+OVERSIZE: dict[str, Callable[[bytes], tuple[Any, dict[str, str]]]] = {
+    "a true length": lambda body: (body, {}),
+    "no length": lambda body: (_pieces(body), {}),
+    "no length, packed": lambda body: (_pieces(body), {"Content-Encoding": "gzip"}),
+}
+
+
+@needs_proc
+@pytest.mark.parametrize("send", OVERSIZE.values(), ids=OVERSIZE)
+def test_a_body_over_the_limit_is_refused(alone: Service, send: Any) -> None:
+    def post() -> httpx.Response:
+        content, headers = send(os.urandom(MIB) * 33)
+        return alone.client.post("/fit", content=content, headers={"Content-Type": "text/csv", **headers})
+
+    problem = _refused_by(alone, post)
+    assert (problem["status"], problem["errors"][0]["field"]) == (413, "body")
+    assert not list(alone.temporary_directory.iterdir())
+
+
+@pytest.mark.parametrize("length", [b"33554433", b"1000000000000", b"9" * 400, b"-1", b"1e3", b"0x10", b""])
+def test_a_length_that_lies_is_refused_before_the_body_comes(alone: Service, length: bytes) -> None:
+    head = b"POST /fit HTTP/1.1\r\nHost: x\r\nContent-Type: text/csv\r\nContent-Length: %s\r\n\r\n"
+    with socket.create_connection(("127.0.0.1", alone.port), timeout=10) as connection:
+        connection.sendall(head % length)
+        assert connection.recv(65536).split(b" ")[1].startswith(b"4")
+    assert alone.client.post("/fit", content=REQUEST, headers=AS_JSON).status_code == 200
+
+
+# What is named inside a file is not opened.
+
+_opened: list[str] = []
+sys.addaudithook(lambda event, args: _opened.append(str(args[0])) if event == "open" else None)
+
+
+def _outside(path: Path) -> dict[str, Make]:
+    uris = {"path": str(path), "traversal": os.path.relpath(path), "uri": path.as_uri()}
+    made: dict[str, Make] = {}
+    for name, uri in uris.items():
+        image: dict[str, Any] = {"images": [{"uri": uri}], "textures": [{"source": 0}]}
+        made[f"glb image by {name}"] = partial(_glb, GRID, **image)
+        made[f"glb buffer by {name}"] = partial(_glb, GRID, buffers=[{"byteLength": 600, "uri": uri}])
+        made[f"glb second buffer by {name}"] = partial(
+            _glb,
+            GRID,
+            buffers=[{"byteLength": 600}, {"byteLength": 600, "uri": uri}],
+            bufferViews=[{"buffer": 1, "byteLength": 600}],
+        )
+        text = f"mtllib {uri}\nusemtl {uri}\nmap_Kd {uri}\nv 1 2 3\nv 4 5 6\nv 7 8 10\n"
+        made[f"obj material by {name}"] = text.encode
+    return made
+
+
+OUTSIDE = list(_outside(Path(__file__)))
+
+
+@pytest.mark.parametrize("case", OUTSIDE)
+def test_files_named_inside_a_mesh_are_never_opened(alone: Service, tmp_path: Path, case: str) -> None:
+    canary = tmp_path / "canary.bin"
+    canary.write_bytes(CANARY * 100)
+    body = _outside(canary)[case]()
+    del _opened[:]
+    with contextlib.suppress(UnreadableFileError):
+        assert len(read(body).points) in (3, 50)
+    assert not [name for name in _opened if "canary" in name]
+    response = alone.post(body, "application/octet-stream")
+    assert response.status_code == (422 if "buffer" in case else 200)
+    assert b"canary" not in response.content
