@@ -11,6 +11,7 @@ from starlette.requests import Request
 from app.problems import BodyTimeoutError, BodyTooLargeError
 from app.settings import Settings
 
+CONTENT_ENCODINGS = ("identity",)
 _IN_MEMORY = 128 * 1024
 _DRAIN_SECONDS, _DRAIN_IDLE_SECONDS = 5.0, 0.5
 

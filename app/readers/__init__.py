@@ -1,8 +1,9 @@
 """Bytes to `Cloud`, by content and never by name.
 
-A new format is one file and one line in `_SIGNATURES`.
+A new format is one file, one line in `_SIGNATURES` and one in `FORMATS`.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from app.readers.cloud import Cloud
@@ -14,8 +15,10 @@ from app.readers.ply import read_ply
 from app.readers.text import read_text
 
 __all__ = [
+    "FORMATS",
     "Cloud",
     "FieldError",
+    "Format",
     "InvalidPointsError",
     "Limits",
     "TooLargeError",
@@ -25,6 +28,30 @@ __all__ = [
     "read_json",
 ]
 
+
+@dataclass(frozen=True)
+class Format:
+    """A format as it is told to clients; files are recognised by what they hold, whatever they are called."""
+
+    name: str
+    how: str
+    extensions: tuple[str, ...]
+    media_types: tuple[str, ...]
+
+
+FORMATS = (
+    Format(
+        "text",
+        "one point a line, cut by comma, semicolon, tab or white space; an optional header",
+        (".csv", ".txt", ".xyz"),
+        ("text/csv", "text/plain", "text/tab-separated-values"),
+    ),
+    Format(
+        "npy", "an array (N, 3) or wider, or records with fields x, y, z", (".npy",), ("application/x-npy",)
+    ),
+    Format("ply", "x, y, z of the vertices, ascii or binary", (".ply",), ("model/ply", "application/ply")),
+    Format("json", "an object with points [[x, y, z], ...]", (".json",), ("application/json",)),
+)
 _SIGNATURES = {b"\x93NUMPY": read_npy, b"ply\n": read_ply, b"ply\r": read_ply}
 _UNSUPPORTED = {
     b"PK\x03\x04": "a ZIP archive (NPZ?)",

@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import socket
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +14,8 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
+
+from tests.app.serving import Background, workers
 
 SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
 MIB = 2**20
@@ -162,33 +163,9 @@ def test_five_million_points_are_the_default_limit(service: Any) -> None:
     _is_problem(service.post(body, "model/ply"), 413, "too-large")
 
 
-def _workers(pid: int) -> list[int]:
-    """The worker processes of a service: what was forked by its fork server."""
-    parents = {}
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(OSError):
-            parents[int(stat.parent.name)] = int(stat.read_text().rpartition(")")[2].split()[1])
-    forkers = {child for child, parent in parents.items() if parent == pid}
-    return [child for child, parent in parents.items() if parent in forkers]
-
-
 def _ticks(pid: int) -> int:
     """Processor time that a process has used, in hundredths of a second."""
     return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11])
-
-
-class _Background(threading.Thread):
-    """A request in the background; `response` is there after `join`."""
-
-    def __init__(self, service: Any, body: bytes, media_type: str = "application/octet-stream") -> None:
-        super().__init__()
-        self.service, self.body, self.media_type = service, body, media_type
-        self.response: httpx.Response
-
-    def run(self) -> None:
-        headers = {"Content-Type": self.media_type}
-        url = f"http://127.0.0.1:{self.service.port}/fit"
-        self.response = httpx.post(url, content=self.body, headers=headers, timeout=60)
 
 
 needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="finds the workers in /proc")
@@ -196,10 +173,10 @@ needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="fi
 
 @needs_proc
 def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
-    before = _workers(service.pid)
+    before = workers(service.pid)
     assert len(before) == 2
     idle = {pid: _ticks(pid) for pid in before}
-    request = _Background(service, _npy(_cylinder(2_000_000)))
+    request = Background(service, _npy(_cylinder(2_000_000)))
     request.start()
     while not any(_ticks(pid) > idle[pid] + 20 for pid in before):
         time.sleep(0.02)
@@ -210,13 +187,13 @@ def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
     for _ in range(3):
         _works(service)
     assert _is_clean(service)
-    assert set(_workers(service.pid)).isdisjoint(before)
+    assert set(workers(service.pid)).isdisjoint(before)
 
 
 @needs_proc
 def test_a_worker_that_died_while_idle_is_replaced_unnoticed(strict_service: Any) -> None:
     for _ in range(5):
-        (worker,) = _workers(strict_service.pid)
+        (worker,) = workers(strict_service.pid)
         os.kill(worker, signal.SIGKILL)
         assert strict_service.client.get("/readyz").status_code == 200
         _works(strict_service)
@@ -224,21 +201,21 @@ def test_a_worker_that_died_while_idle_is_replaced_unnoticed(strict_service: Any
 
 @needs_proc
 def test_work_over_the_time_limit_is_stopped(strict_service: Any) -> None:
-    (before,) = _workers(strict_service.pid)
+    (before,) = workers(strict_service.pid)
     os.kill(before, signal.SIGSTOP)
     start = time.monotonic()
     response = strict_service.client.post("/fit", json=SMALL)
     _is_problem(response, 504, "time-limit")
     assert time.monotonic() - start < 5.0
     _works(strict_service)
-    assert _workers(strict_service.pid) != [before]
+    assert workers(strict_service.pid) != [before]
 
 
 @needs_proc
 def test_more_requests_than_may_wait_are_refused_at_once(strict_service: Any) -> None:
-    (worker,) = _workers(strict_service.pid)
+    (worker,) = workers(strict_service.pid)
     os.kill(worker, signal.SIGSTOP)
-    requests = [_Background(strict_service, _npy(_cylinder(100))) for _ in range(4)]
+    requests = [Background(strict_service, _npy(_cylinder(100))) for _ in range(4)]
     for request in requests:
         request.start()
     for request in requests:
@@ -269,7 +246,7 @@ def test_livez_answers_within_100_ms_under_load(service: Any, make: Any) -> None
 
 def _slowest_livez(service: Any, body: bytes, media_type: str) -> float:
     """Seconds that the slowest `GET /livez` took while a body was received, read and fitted."""
-    request = _Background(service, body, media_type)
+    request = Background(service, body, media_type)
     request.start()
     times = []
     while request.is_alive():
