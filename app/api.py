@@ -24,6 +24,7 @@ from app.schemas import Capabilities, FitAnswer, Live, Ready, Versions
 from app.settings import Settings, load
 from app.workers import WorkerPool
 
+_INSTALLED = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}
 _DOCS = Path(__file__).with_name("docs.html")
 router = APIRouter()
 
@@ -134,8 +135,7 @@ async def docs() -> HTMLResponse:
 
 
 def _versions(request: Request) -> Versions:
-    known = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}
-    return Versions(**{"weights": None, **known, **(request.app.state.pool.greeting or {})})
+    return Versions(**{"weights": None, **_INSTALLED, **(request.app.state.pool.greeting or {})})
 
 
 def _media_type(request: Request) -> str:
