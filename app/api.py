@@ -8,28 +8,32 @@ from pathlib import Path
 from time import perf_counter
 
 from fastapi import APIRouter, FastAPI, Request, Response
-from fastapi.responses import HTMLResponse
+from fastapi.responses import HTMLResponse, PlainTextResponse
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
-from app import jobs, openapi, problems
+from app import jobs, metrics, openapi, problems
 from app.batch_jobs import OpenJob
 from app.batch_stream import Batch, Lines, scratch_file
 from app.body import received
+from app.capabilities import capabilities
+from app.guard import Guard
+from app.observe import Observer
 from app.problems import NotReadyError, UnsupportedCodingError, UnsupportedMediaTypeError
 from app.readers import CODINGS
 from app.request_id import RequestId
-from app.schemas import FitAnswer, Live, Ready, Versions
-from app.settings import Settings
+from app.schemas import Capabilities, FitAnswer, Live, Ready, Versions
+from app.settings import Settings, load
 from app.workers import WorkerPool
 
+_INSTALLED = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}
 _DOCS = Path(__file__).with_name("docs.html")
 router = APIRouter()
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
     """The ASGI application; its workers start with it and end with it."""
-    settings = settings or Settings()
+    settings = settings or load()
     app = FastAPI(
         title="primfit",
         version=version_of("primfit"),
@@ -40,7 +44,12 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         redirect_slashes=False,
     )
     app.state.settings = settings
+    app.state.metrics = metrics.Metrics()
+    app.state.stopping = False
     app.include_router(router)
+    # The last one added sees a request first.
+    app.add_middleware(Guard, keys=settings.keys(), rate_limit=settings.rate_limit)
+    app.add_middleware(Observer, metrics=app.state.metrics)
     app.add_middleware(RequestId)
     for error in (*problems.KINDS, HTTPException, Exception):
         app.add_exception_handler(error, _refuse)
@@ -54,12 +63,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     settings: Settings = app.state.settings
     app.state.pool = WorkerPool(
         settings.workers,
-        jobs.warm,
+        partial(jobs.warm, settings.log_format),
         jobs.run,
         time_limit=settings.fit_time_limit,
         queue_size=settings.queue_size,
         preload=["app.jobs", "app.batch_jobs", "scipy.optimize", "scipy.spatial", "sklearn.neighbors"],
     )
+    app.state.metrics.watch(app.state.pool)
     app.state.pool.start()
     try:
         yield
@@ -79,9 +89,12 @@ async def fit(request: Request) -> Response:
         )
     if reply is None:
         raise ClientDisconnect
+    request.state.facts |= reply.facts
+    request.app.state.metrics.fitted(reply.facts)
     seconds |= reply.seconds | {"total": perf_counter() - started}
     timing = ", ".join(f"{name};dur={1000 * value:.1f}" for name, value in seconds.items())
-    return Response(reply.content, reply.status, {"Server-Timing": timing}, reply.media_type)
+    headers = {**reply.headers, "Server-Timing": timing}
+    return Response(reply.content, reply.status, headers, reply.media_type)
 
 
 @router.post("/fit/batch", operation_id="fit_batch", response_class=Lines, **openapi.FIT_BATCH)
@@ -98,10 +111,14 @@ async def fit_batch(request: Request) -> Response:
         if opened is None:
             raise ClientDisconnect
         if isinstance(opened, jobs.Reply):
-            return Response(opened.content, opened.status, media_type=opened.media_type)
+            request.state.facts |= opened.facts
+            return Response(opened.content, opened.status, opened.headers, opened.media_type)
         kept = resources.pop_all()
     run = partial(run, abandoned=request.is_disconnected)
-    batch = Batch(request.state.request_id, unpacked or body, media_type, opened, settings, run, kept)
+    metrics, facts = request.app.state.metrics, request.state.facts
+    batch = Batch(
+        request.state.request_id, unpacked or body, media_type, opened, settings, run, kept, metrics, facts
+    )
     return Lines(batch.lines(), kept, settings.send_timeout)
 
 
@@ -114,6 +131,8 @@ async def livez() -> Live:
 @router.get("/readyz", operation_id="readyz", response_model=Ready, **openapi.READYZ)
 async def readyz(request: Request) -> Ready:
     """Workers are warm and the weights are loaded: clouds can be sent."""
+    if request.app.state.stopping:
+        raise NotReadyError("the service is about to stop")
     n_warm = request.app.state.pool.n_warm
     if not n_warm:
         raise NotReadyError("no worker is warm yet")
@@ -123,14 +142,29 @@ async def readyz(request: Request) -> Ready:
 @router.get("/version", operation_id="version", response_model=Versions, **openapi.GET)
 async def version(request: Request) -> Versions:
     """Versions that decide the numbers; `weights` is null until the workers are warm."""
-    known = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}
-    return Versions(**{"weights": None, **known, **(request.app.state.pool.greeting or {})})
+    return _versions(request)
+
+
+@router.get("/capabilities", operation_id="capabilities", response_model=Capabilities, **openapi.GET)
+def what_it_can_do(request: Request) -> Capabilities:
+    """Kinds, classifiers, criteria, formats, options and limits of this service."""
+    return capabilities(request.app.state.settings, _versions(request))
+
+
+@router.get("/metrics", operation_id="metrics", response_class=PlainTextResponse, **openapi.METRICS)
+async def read_metrics(request: Request) -> Response:
+    """Counters and histograms in the text format of Prometheus."""
+    return Response(request.app.state.metrics.text(), media_type=metrics.MEDIA_TYPE)
 
 
 @router.get("/docs", include_in_schema=False)
 async def docs() -> HTMLResponse:
     """The API in a browser, without anything from elsewhere."""
     return HTMLResponse(_DOCS.read_text())
+
+
+def _versions(request: Request) -> Versions:
+    return Versions(**{"weights": None, **_INSTALLED, **(request.app.state.pool.greeting or {})})
 
 
 def _media_type(request: Request) -> str:
@@ -162,6 +196,7 @@ def _job(request: Request, media_type: str, coding: str | None, body: bytes | Pa
         coding,
         request.query_params.multi_items(),
         settings.limits,
+        ", ".join(request.headers.getlist("if-none-match")),
     )
 
 
@@ -183,7 +218,4 @@ def _open_job(
 
 
 async def _refuse(request: Request, error: Exception) -> Response:
-    request_id = getattr(request.state, "request_id", "unknown")
-    refused = problems.problem(error, f"/requests/{request_id}")
-    headers = {**refused.headers, "X-Request-Id": request_id}
-    return Response(refused.content, refused.status, headers, problems.MEDIA_TYPE)
+    return problems.respond(request, error)

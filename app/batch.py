@@ -17,7 +17,9 @@ from app.readers import FORMATS
 from app.shrec22 import prediction
 
 # Answers are JSON: in a folder none is taken for a cloud.
-SUFFIXES = tuple(sorted(suffix for name in FORMATS.keys() - {"JSON"} for suffix in FORMATS[name]))
+SUFFIXES = tuple(
+    sorted(extension for format in FORMATS if format.name != "json" for extension in format.extensions)
+)
 PACKED = (".gz", ".zst")
 ENDINGS = {"json": ".json", "shrec22": "_prediction.txt"}
 

@@ -7,8 +7,9 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from app.answer import answer, to_json
-from app.engine import config_of, fit_cloud
+from app.answer import to_json
+from app.engine import config_of
+from app.jobs import fitted
 from app.multipart import Part, find_parts
 from app.options import check_options, parse_options
 from app.problems import InvalidOptionsError
@@ -67,10 +68,10 @@ class Opened:
 
 @dataclass(frozen=True)
 class Found:
-    """A finished answer and its status: `fitted`, `ambiguous` or `no_fit`."""
+    """A finished answer, and the facts of it: `jobs.fitted`."""
 
-    status: str
     content: bytes
+    facts: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -221,5 +222,5 @@ class SegmentJob:
 
 
 def _found(cloud: Cloud, options: Mapping[str, Any]) -> Found:
-    recognition = fit_cloud(cloud, options)
-    return Found(recognition.status, to_json(answer(recognition, cloud, options)))
+    content, facts = fitted(cloud, options)
+    return Found(to_json(content), facts)

@@ -19,6 +19,7 @@ from starlette.types import Message, Receive, Scope, Send
 from app.batch_jobs import CutFile, FileJob, Found, Opened, SegmentJob, Stretch, too_many_segments
 from app.items import Item
 from app.jobs import Reply
+from app.metrics import Metrics
 from app.multipart import Part
 from app.names import Ids, base_name
 from app.openapi import NDJSON
@@ -50,7 +51,7 @@ Result = tuple[Item, Found | Reply, Scratch | None]
 
 @dataclass
 class Batch:
-    """A batch that is opened, and what it needs to be answered."""
+    """A batch that is opened, and what it needs to be answered; the counts of its items join its `facts`."""
 
     request_id: str
     body: bytes | Path
@@ -59,18 +60,23 @@ class Batch:
     settings: Settings
     run: Callable[[Any], Awaitable[Any]]
     resources: AsyncExitStack
+    metrics: Metrics
+    facts: dict[str, Any]
 
     async def lines(self) -> AsyncGenerator[bytes, None]:
         """A line for each item, in the order of the input, and the summary that says that it is complete."""
         counts: Counter[str] = Counter()
         async with aclosing(in_order(self._items(), _AHEAD * self.settings.workers)) as results:
             async for item, result, done_with in results:
-                counts[result.status if isinstance(result, Found) else "problems"] += 1
+                self.metrics.answered(result.facts)
+                counts[result.facts.get("fit_status", "problems")] += 1
                 yield item.line("answer" if isinstance(result, Found) else "problem", result.content)
                 if done_with is not None:
                     done_with.close()
-        names = ("fitted", "ambiguous", "no_fit", "problems")
-        yield orjson.dumps({"summary": {"items": counts.total(), **{n: counts[n] for n in names}}}) + b"\n"
+        summary = {name: counts[name] for name in ("fitted", "ambiguous", "no_fit", "problems")}
+        summary = {"items": counts.total(), **summary}
+        self.facts |= summary
+        yield orjson.dumps({"summary": summary}) + b"\n"
 
     async def _items(self) -> AsyncGenerator[Callable[[], Awaitable[Result]], None]:
         """The work of each item. A file without labels is done when it is read; the others are cut only."""
@@ -134,7 +140,7 @@ class Batch:
 
     def _problem(self, error: Exception) -> Reply:
         made = problem(error, f"/requests/{self.request_id}")
-        return Reply(made.status, made.content)
+        return Reply(made.status, made.content, facts={"problem": made.slug})
 
 
 async def _at_hand(result: Result) -> Result:

@@ -241,13 +241,42 @@ def serve(
     ] = None,
     demo: Annotated[bool, typer.Option("--demo", help="Post an example cloud and print its answer.")] = False,
 ) -> None:
-    """Serve the REST API; what is not given here comes from PRIMFIT_HOST, PRIMFIT_PORT, PRIMFIT_WORKERS."""
+    """Serve the REST API; what is not given here comes from the environment or a file: `primfit settings`."""
     from app.server import ListenError, serve
+    from app.settings import SettingsError
 
     try:
         serve(host, port, workers, demo)
+    except SettingsError as error:
+        for complaint in error.complaints:
+            _complain("serve", complaint)
+        raise typer.Exit(BAD_INPUT) from None
     except ListenError as error:
         _complain("serve", str(error))
+        raise typer.Exit(BAD_INPUT) from None
+
+
+@app.command()
+def settings(
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print what there is to set, as in docs/settings.md.")
+    ] = False,
+) -> None:
+    """Check the settings of the service, and print those in force; keys are not shown.
+
+    They come from PRIMFIT_<NAME> in the environment, else from the TOML file that PRIMFIT_CONFIG names.
+    """
+    from app.settings import SettingsError, load
+    from app.settings_page import in_force, page
+
+    if markdown:
+        print(page(), end="")
+        return
+    try:
+        print(in_force(load()), end="")
+    except SettingsError as error:
+        for complaint in error.complaints:
+            _complain("settings", complaint)
         raise typer.Exit(BAD_INPUT) from None
 
 

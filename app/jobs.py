@@ -9,12 +9,15 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from app.answer import answer, to_json, versions
+from app import logs
+from app.answer import answer, receipt, to_json, versions
 from app.engine import fit, fit_cloud
+from app.etag import etag, names
 from app.multipart import split_parts
 from app.options import check_options, parse_options
-from app.problems import MEDIA_TYPE, problem
+from app.problems import MEDIA_TYPE, AlreadyAnsweredError, problem
 from app.readers import Cloud, Limits, UnreadableFileError, read, read_json, read_unpacked, unpack
+from app.request_id import REQUEST_ID
 
 _log = logging.getLogger("primfit")
 
@@ -40,6 +43,7 @@ class FitJob:
     coding: str | None
     query: list[tuple[str, str]]
     limits: Limits
+    if_none_match: str = ""
 
     def work(self) -> "Reply":
         return _fit(self)
@@ -47,16 +51,19 @@ class FitJob:
 
 @dataclass(frozen=True)
 class Reply:
-    """A finished response, and the seconds that went into its steps."""
+    """A finished response, the seconds that went into its steps, and facts for the log and the metrics."""
 
     status: int
     content: bytes
     media_type: str = "application/json"
+    headers: Mapping[str, str] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
+    facts: dict[str, Any] = field(default_factory=dict)
 
 
-def warm() -> dict[str, str | None]:
+def warm(log_format: str) -> dict[str, str | None]:
     """Load the weights and fit once, so that no request waits for an import; returns the versions."""
+    logs.configure(log_format)
     grid = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 3)) * [1.0, 1.0, 0.0]
     fit(grid)
     return versions("network")
@@ -67,6 +74,7 @@ def run(job: Job) -> Any:
 
     None where the request ended meanwhile: then there is nobody to tell.
     """
+    REQUEST_ID.set(job.request_id)
     try:
         return job.work()
     except FileNotFoundError:
@@ -75,8 +83,9 @@ def run(job: Job) -> Any:
     except Exception as error:
         refused = problem(error, f"/requests/{job.request_id}")
         if refused.status >= 500:
-            _log.exception("request %s failed", job.request_id)
-        return Reply(refused.status, refused.content, MEDIA_TYPE)
+            _log.exception("the request failed")
+        facts = {"problem": refused.slug}
+        return Reply(refused.status, refused.content, MEDIA_TYPE, refused.headers, facts=facts)
 
 
 def _fit(job: FitJob) -> Reply:
@@ -87,9 +96,28 @@ def _fit(job: FitJob) -> Reply:
     cloud, beside = _read(body, job)
     options = check_options(job.query, beside, cloud.options)
     read_at = perf_counter()
+    if job.if_none_match:
+        tag = etag(receipt(cloud, options), cloud)
+        if names(job.if_none_match, tag):
+            raise AlreadyAnsweredError("the answer would be the one that you named", {"ETag": tag})
+    content, facts = fitted(cloud, options)
+    seconds = {"read": read_at - started, "fit": facts["fit_seconds"]}
+    headers = {"ETag": etag(content["receipt"], cloud)}
+    return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
+
+
+def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The answer for a cloud, and what the log and the metrics say of it."""
+    started = perf_counter()
     content = answer(fit_cloud(cloud, options), cloud, options)
-    seconds = {"read": read_at - started, "fit": perf_counter() - read_at}
-    return Reply(200, to_json(content), seconds=seconds)
+    primitive = content["primitive"]
+    return content, {
+        "fit_status": content["status"],
+        "fit_kind": None if primitive is None else primitive["kind"],
+        "n_points": content["receipt"]["n_points"],
+        "attempts": len(content["attempts"]),
+        "fit_seconds": round(perf_counter() - started, 4),
+    }
 
 
 def _read(body: bytes | memoryview, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:

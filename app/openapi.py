@@ -11,7 +11,10 @@ from fastapi.openapi.utils import get_openapi
 from pydantic.json_schema import models_json_schema
 
 from app import problems
+from app.capabilities import capabilities
+from app.guard import OPEN, UNLIMITED
 from app.options import OBJECTS
+from app.readers import CODINGS, FORMATS
 from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
 from app.schemas import (
     BatchAnswer,
@@ -22,7 +25,9 @@ from app.schemas import (
     FitRequest,
     FitUpload,
     Problem,
+    Versions,
 )
+from app.settings import Settings
 from fitting.errors import InvalidPointCloudError
 
 DESCRIPTION = (
@@ -31,21 +36,8 @@ DESCRIPTION = (
 )
 RAW_TYPES = (
     "application/octet-stream",
-    "text/csv",
-    "text/plain",
-    "text/tab-separated-values",
-    "application/x-npy",
-    "application/x-npz",
-    "model/ply",
-    "application/ply",
-    "application/vnd.las",
-    "application/vnd.laszip",
-    "model/e57",
-    "model/stl",
-    "model/obj",
-    "model/gltf-binary",
-    "application/gzip",
-    "application/zstd",
+    *(media_type for format in FORMATS if format.name != "json" for media_type in format.media_types),
+    *(f"application/{coding}" for coding in CODINGS),
 )
 NDJSON = "application/x-ndjson"
 MEDIA_TYPES = ("application/json", "multipart/form-data", *RAW_TYPES)
@@ -54,6 +46,7 @@ WHAT_IS_READ = f"send one of {', '.join(MEDIA_TYPES)}"
 _EXAMPLES = Path(__file__).with_name("examples")
 _REF = "#/components/schemas/{model}"
 _EXAMPLE_ERRORS: dict[str, Exception] = {
+    "412": problems.AlreadyAnsweredError("the answer would be the one that you named", {}),
     "408": problems.BodyTimeoutError("nothing came for 30 s before the body was complete (1048576 bytes)"),
     "413": TooLargeError("body", "the body is over 67108864 bytes, the limit of this service"),
     "500": Exception(),
@@ -82,6 +75,18 @@ _UNAVAILABLE: dict[str, Exception] = {
     "not_ready": problems.NotReadyError("no worker is warm yet"),
     "busy": problems.BusyError("64 requests are waiting, the limit of this service"),
     "worker_died": problems.WorkerDiedError("the worker process ended while it worked on this request"),
+    "stopping": problems.StoppingError("the service stopped before the answer was ready; ask again"),
+}
+_UNAUTHORIZED = problems.UnauthorizedError("the API key is not known")
+_LIMITED = problems.RateLimitedError("120 requests in 60 s are the limit of this service for one client", {})
+# Each alone, or none at all: a service asks for keys only where it is told to.
+SECURITY_SCHEMES = {
+    "bearer": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": "an API key, where the service asks for one",
+    },
+    "apiKey": {"type": "apiKey", "in": "header", "name": "X-API-Key", "description": "the same, in a header"},
 }
 
 
@@ -99,6 +104,21 @@ def _problem(**errors: Exception) -> dict[str, Any]:
 
 def _json(name: str) -> Any:
     return orjson.loads((_EXAMPLES / name).read_bytes())
+
+
+def _text(name: str) -> str:
+    return (_EXAMPLES / name).read_text(encoding="utf-8")
+
+
+def _capabilities() -> dict[str, Any]:
+    """Those of a service with all settings at their defaults and nothing beside what it needs."""
+    versions = Versions(**_json("answer.json")["receipt"]["versions"])
+    made = capabilities(Settings.model_construct(), versions).model_dump()
+    return made | {"extras": dict.fromkeys(made["extras"], False)}
+
+
+def _header(description: str, example: str) -> dict[str, Any]:
+    return {"description": description, "schema": {"type": "string"}, "example": example}
 
 
 def _encoded(request: dict[str, Any]) -> dict[str, Any]:
@@ -160,6 +180,13 @@ def _without_default(schema: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in chosen.items() if key not in ("default", "title")}
 
 
+_IF_NONE_MATCH: dict[str, Any] = {
+    "name": "If-None-Match",
+    "in": "header",
+    "required": False,
+    "description": "ETag of an answer that you have: 412 instead of a fit where it would be the same",
+    "schema": {"type": "string"},
+}
 GET: dict[str, Any] = {
     "response_description": "It answers",
     "responses": {"500": _problem(internal=Exception())},
@@ -171,9 +198,17 @@ READYZ: dict[str, Any] = {
         "500": _problem(internal=Exception()),
     },
 }
+METRICS: dict[str, Any] = {
+    "response_description": "The metrics",
+    "responses": {
+        "200": {"content": {"text/plain": {"examples": {"some": {"value": _text("metrics.txt")}}}}},
+        "500": _problem(internal=Exception()),
+    },
+}
 FIT: dict[str, Any] = {
     "response_description": "What was found",
     "responses": {
+        "200": {"headers": {"ETag": _header("equal requests have equal tags", '"3f0c1f9e"')}},
         **{status: _problem(example=error) for status, error in _EXAMPLE_ERRORS.items()},
         "415": _problem(**_UNSUPPORTED),
         "422": _problem(**_INVALID),
@@ -181,7 +216,7 @@ FIT: dict[str, Any] = {
     },
     "openapi_extra": {
         "requestBody": _body("FitUpload", {"file": _csv(), "options": {"kinds": ["cylinder", "cone"]}}),
-        "parameters": _query(),
+        "parameters": [*_query(), _IF_NONE_MATCH],
     },
 }
 
@@ -232,6 +267,15 @@ def document(app: FastAPI) -> dict[str, Any]:
     return app.openapi_schema
 
 
+def _at_the_door(path: str) -> dict[str, Any]:
+    """What may come before a request is looked at: see `app.guard`."""
+    refusals = {} if path in OPEN else {"401": _problem(example=_UNAUTHORIZED)}
+    if path not in UNLIMITED:
+        refusals["429"] = _problem(example=_LIMITED)
+        refusals["429"]["headers"] = {"Retry-After": _header("seconds until the next one", "7")}
+    return refusals
+
+
 def _make(app: FastAPI) -> dict[str, Any]:
     made = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
     models = (FitRequest, FitUpload, BatchUpload, *_BATCH_LINES, Problem)
@@ -241,7 +285,14 @@ def _make(app: FastAPI) -> dict[str, Any]:
     lines = [{"$ref": _REF.format(model=model.__name__)} for model in _BATCH_LINES]
     made["components"]["schemas"]["BatchLine"] = {"title": "BatchLine", "oneOf": lines}
     made["paths"]["/fit/batch"]["post"]["responses"]["200"]["content"] = {NDJSON: _lines()}
+    made["components"]["securitySchemes"] = SECURITY_SCHEMES
+    made["security"] = [{}, *({name: []} for name in SECURITY_SCHEMES)]
+    for path, operations in made["paths"].items():
+        for operation in operations.values():
+            operation["responses"] |= _at_the_door(path)
     # Set here, because FastAPI would drop the nulls of an example.
     answers = made["paths"]["/fit"]["post"]["responses"]["200"]["content"]["application/json"]
     answers["examples"] = {"cylinder": {"value": _json("answer.json")}}
+    answers = made["paths"]["/capabilities"]["get"]["responses"]["200"]["content"]["application/json"]
+    answers["examples"] = {"defaults": {"value": _capabilities()}}
     return made

@@ -10,6 +10,8 @@ from typing import Any, get_args
 import orjson
 from pydantic import ValidationError
 from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
 
 from app.readers.errors import (
     SHOWN,
@@ -69,7 +71,31 @@ class TimeLimitError(ServiceError):
 
 
 class NotReadyError(ServiceError):
-    """The workers are not warm yet."""
+    """The workers are not warm yet, or the service is about to stop."""
+
+
+class StoppingError(ServiceError):
+    """The service stopped before the answer was ready."""
+
+
+class UnauthorizedError(ServiceError):
+    """No API key came with the request, or one that is not known."""
+
+
+class HeaderError(ServiceError):
+    """A refusal whose headers depend on the request."""
+
+    def __init__(self, message: str, headers: Mapping[str, str]) -> None:
+        super().__init__(message)
+        self.headers = dict(headers)
+
+
+class RateLimitedError(HeaderError):
+    """The client has asked as often as it may for now."""
+
+
+class AlreadyAnsweredError(HeaderError):
+    """The answer would be the one that the client has already."""
 
 
 class InvalidOptionsError(ValueError):
@@ -117,6 +143,12 @@ KINDS: dict[type[Exception], Kind] = {
     BodyTimeoutError: Kind(408, "body-timeout", "The body did not arrive", _CLOSE),
     BusyError: Kind(503, "busy", "Too many requests are waiting", _RETRY),
     NotReadyError: Kind(503, "not-ready", "The service is not ready", _RETRY),
+    StoppingError: Kind(503, "stopping", "The service stopped", _RETRY | _CLOSE),
+    UnauthorizedError: Kind(
+        401, "unauthorized", "An API key is needed", {"WWW-Authenticate": 'Bearer realm="primfit"'}
+    ),
+    RateLimitedError: Kind(429, "rate-limited", "Too many requests of this client"),
+    AlreadyAnsweredError: Kind(412, "already-answered", "You have this answer already"),
     WorkerDiedError: Kind(503, "worker-died", "The worker process ended; it is being replaced", _RETRY),
     TimeLimitError: Kind(504, "time-limit", "Reading and fitting took too long"),
 }
@@ -131,6 +163,7 @@ _HTTP = {
 class Problem:
     """A problem document, ready to be sent."""
 
+    slug: str
     status: int
     content: bytes
     headers: Mapping[str, str]
@@ -144,12 +177,21 @@ def problem(error: Exception, instance: str) -> Problem:
         "type": kind.uri,
         "title": kind.title,
         "status": kind.status,
-        "detail": _plain(detail, _DETAIL_LENGTH),
+        "detail": plain(detail, _DETAIL_LENGTH),
         "instance": instance,
         "errors": [_field(error) for error in errors[:SHOWN]],
     }
     headers = {**kind.headers, **(getattr(error, "headers", None) or {})}
-    return Problem(kind.status, orjson.dumps(document), headers)
+    return Problem(kind.slug, kind.status, orjson.dumps(document), headers)
+
+
+def respond(request: Request, error: Exception) -> Response:
+    """The problem document of an exception as the response to a request."""
+    request_id = getattr(request.state, "request_id", "unknown")
+    refused = problem(error, f"/requests/{request_id}")
+    request.state.facts = {**getattr(request.state, "facts", {}), "problem": refused.slug}
+    headers = {**refused.headers, "X-Request-Id": request_id}
+    return Response(refused.content, refused.status, headers, MEDIA_TYPE)
 
 
 def option_errors(error: ValidationError, prefix: str, allowed: Sequence[str]) -> list[FieldError]:
@@ -200,10 +242,10 @@ def _describe(error: Exception) -> tuple[str, Sequence[FieldError]]:
 
 
 def _field(error: FieldError) -> dict[str, str]:
-    shown = {"field": _plain(error.field, _FIELD_LENGTH), "message": _plain(error.message, _MESSAGE_LENGTH)}
-    return shown if error.value is None else {**shown, "value": _plain(error.value, _VALUE_LENGTH)}
+    shown = {"field": plain(error.field, _FIELD_LENGTH), "message": plain(error.message, _MESSAGE_LENGTH)}
+    return shown if error.value is None else {**shown, "value": plain(error.value, _VALUE_LENGTH)}
 
 
-def _plain(text: str, length: int) -> str:
+def plain(text: str, length: int) -> str:
     """At most so many printable ASCII characters: names of fields come from outside."""
     return "".join(letter if " " <= letter <= "~" else "?" for letter in text[:length])

@@ -318,6 +318,58 @@ class Ready(BaseModel):
     workers: int
 
 
+class InputFormat(BaseModel):
+    """A format that clouds are read from."""
+
+    name: str = Field(description="as `receipt.format` has it")
+    how: str = Field(description="what is read of it")
+    extensions: list[str]
+    media_types: list[str]
+
+
+class OptionRange(BaseModel):
+    """What one option of a fit may be."""
+
+    name: str
+    description: str
+    type: str = Field(description="array, string, number, integer or object")
+    default: Any = Field(description="null where there is none")
+    values: list[str] | None = Field(
+        description="those that there are, of a name or of the names in an array"
+    )
+    minimum: int | float | None
+    exclusive_minimum: int | float | None
+    maximum: int | float | None
+
+
+class ServiceLimits(BaseModel):
+    """How much this service takes."""
+
+    max_body_bytes: int
+    max_points: int
+    max_json_points: int
+    fit_time_limit: float = Field(description="seconds for reading and fitting")
+    receive_timeout: float = Field(description="seconds to wait for the next piece of a body")
+    queue_size: int = Field(description="requests that may wait for a worker")
+    rate_limit: str | None = Field(
+        description="most requests of one client in a time", examples=["120/minute"]
+    )
+
+
+class Capabilities(BaseModel):
+    """What this service reads, tries and allows."""
+
+    kinds: list[KindName]
+    classifiers: list[ClassifierName]
+    criteria: list[CriterionName]
+    formats: list[InputFormat]
+    content_encodings: list[str] = Field(description="of request bodies")
+    options: list[OptionRange]
+    limits: ServiceLimits
+    extras: dict[str, bool] = Field(description="optional parts, and whether they are installed")
+    versions: Versions
+
+
 class ProblemField(BaseModel):
     """One bad field."""
 

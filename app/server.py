@@ -1,19 +1,23 @@
 """The service as a process: where it listens, how it starts and how it stops."""
 
+import asyncio
 import errno
+import ipaddress
 import logging
+import signal
 import socket
+import sys
 import threading
 from typing import Any
 
 import uvicorn
 
 from app import demo as first_look
+from app import logs
 from app.api import create_app
-from app.settings import Settings
+from app.settings import Settings, load
 
-STOP_PATIENCE = 10
-PROBES = ("/livez", "/readyz")
+_log = logging.getLogger("primfit")
 
 
 class ListenError(OSError):
@@ -21,19 +25,47 @@ class ListenError(OSError):
 
 
 def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -> None:
-    """Serve until a signal stops it; what is None comes from the environment (`Settings`)."""
+    """Serve until a signal stops it; what is None comes from the environment or a file (`Settings`)."""
     given: dict[str, Any] = {"host": host, "port": port, "workers": workers}
-    settings = Settings(**{name: value for name, value in given.items() if value is not None})
+    settings = load(**{name: value for name, value in given.items() if value is not None})
     with listen(settings.host, settings.port) as listener:
-        config = uvicorn.Config(create_app(settings), timeout_graceful_shutdown=STOP_PATIENCE)
-        logging.getLogger("uvicorn.access").addFilter(_is_no_probe)
-        logging.getLogger("uvicorn.error").info("Listening on %s port %d", *listener.getsockname()[:2])
+        logs.configure(settings.log_format)
+        address, taken_port = listener.getsockname()[:2]
+        _log.info("Listening on %s port %d", address, taken_port)
+        if not settings.keys() and not is_loopback(address):
+            _log.warning(
+                "Everybody who reaches this address may use the service: no API key is set (api_keys)"
+            )
         if demo:
             threading.Thread(target=first_look.show, args=(_url(listener),), daemon=True).start()
+        # The server catches both signals, and sends them again when it has stopped.
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit())
         try:
-            uvicorn.Server(config).run(sockets=[listener])
+            _Server(settings).run(sockets=[listener])
         except KeyboardInterrupt:
             pass
+
+
+class _Server(uvicorn.Server):
+    """The server, which says that it is about to stop before it does."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._app, self._delay = create_app(settings), settings.stop_delay
+        config = uvicorn.Config(
+            self._app,
+            log_config=None,
+            access_log=False,
+            proxy_headers=bool(settings.trusted_proxies),
+            forwarded_allow_ips=list(settings.trusted_proxies),
+            timeout_graceful_shutdown=settings.stop_patience,
+        )
+        super().__init__(config)
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Take requests for a moment longer, then close the listener and let those under way finish."""
+        self._app.state.stopping = True
+        await asyncio.sleep(self._delay)
+        await super().shutdown(sockets)
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -58,9 +90,9 @@ def listen(host: str, port: int) -> socket.socket:
     return listener
 
 
-def _is_no_probe(record: logging.LogRecord) -> bool:
-    """Leave the probes of orchestrators out of the access log: they come every few seconds."""
-    return not any(f" {probe} " in record.getMessage() for probe in PROBES)
+def is_loopback(address: str) -> bool:
+    """Whether only this machine reaches an IP address."""
+    return ipaddress.ip_address(address.partition("%")[0]).is_loopback
 
 
 def _url(listener: socket.socket) -> str:

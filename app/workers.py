@@ -37,7 +37,9 @@ def _serve(connection: Connection, warm: Callable[[], Any], work: Work) -> None:
     """The life of a worker process: warm up, say so, then confirm and do jobs until the pipe closes."""
     import signal
 
+    # A signal to the whole group is for the service, which lets us finish and then ends us.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(5)
     try:
@@ -62,6 +64,7 @@ class _Worker:
         self._process: Any = None
         self._connection: Any = None
         self._stopped = False
+        self.n_starts = 0
         self.greeting: Any = None
 
     @property
@@ -85,6 +88,7 @@ class _Worker:
             self.kill()
             raise WorkerDiedError(f"a worker did not start: {greeting}")
         self.greeting = greeting
+        self.n_starts += 1
 
     def call(self, job: Any, time_limit: float) -> Any:
         """Have a job done; if that fails, the process is gone afterwards."""
@@ -152,7 +156,8 @@ class WorkerPool:
         self._free: asyncio.Queue[_Worker] = asyncio.Queue()
         self._warm: set[_Worker] = set()
         self._tasks: set[asyncio.Task[Any]] = set()
-        self._time_limit, self._queue_size, self._waiting = time_limit, queue_size, 0
+        self._time_limit, self._queue_size = time_limit, queue_size
+        self.n_waiting, self.n_busy = 0, 0
         self._turns, self._n_batches = asyncio.Semaphore(size), 0
 
     @property
@@ -164,6 +169,11 @@ class WorkerPool:
     def n_warm(self) -> int:
         """Workers that have warmed up; one that ended while idle counts, since its next job restarts it."""
         return len(self._warm)
+
+    @property
+    def n_restarts(self) -> int:
+        """Workers that came up in place of one that had ended."""
+        return sum(max(0, worker.n_starts - 1) for worker in self._workers)
 
     @property
     def greeting(self) -> Any:
@@ -180,13 +190,13 @@ class WorkerPool:
 
         Raises `BusyError`, `TimeLimitError`, `WorkerDiedError`; returns None for an abandoned job.
         """
-        if self._free.empty() and self._waiting >= self._queue_size:
-            raise BusyError(f"{self._waiting} requests are waiting, the limit of this service")
-        self._waiting += 1
+        if self._free.empty() and self.n_waiting >= self._queue_size:
+            raise BusyError(f"{self.n_waiting} requests are waiting, the limit of this service")
+        self.n_waiting += 1
         try:
             worker = await self._free.get()
         finally:
-            self._waiting -= 1
+            self.n_waiting -= 1
         return await self._unless_abandoned(worker, job, abandoned)
 
     @contextmanager
@@ -224,9 +234,11 @@ class WorkerPool:
         return await asyncio.shield(self._spawn(self._call(worker, job)))
 
     async def _call(self, worker: _Worker, job: Any) -> Any:
+        self.n_busy += 1
         try:
             return await self._in_thread(worker.call, job, self._time_limit)
         finally:
+            self.n_busy -= 1
             if worker.alive:
                 self._free.put_nowait(worker)
             else:

@@ -98,13 +98,13 @@ def load(name: str, directory: Path = DIRECTORY) -> tuple[dict[str, NDArray[Any]
         card = _read_card(json.loads((directory / f"{name}.json").read_text(encoding="utf-8")))
     except (OSError, ValueError) as error:
         raise WeightsMismatchError(f"the weights {name} cannot be read: {error}") from error
-    _same("name", card.name, name)
-    _same("class order", card.classes, KINDS)
-    _same("feature version", card.feature_version, FEATURE_VERSION)
-    _same("SHA-256", card.sha256, hashlib.sha256(content).hexdigest())
+    _same(name, "name", card.name, name)
+    _same(name, "class order", card.classes, KINDS)
+    _same(name, "feature version", card.feature_version, FEATURE_VERSION)
+    _same(name, "SHA-256", card.sha256, hashlib.sha256(content).hexdigest())
     with np.load(io.BytesIO(content), allow_pickle=False) as file:
         arrays = {entry: file[entry] for entry in file.files}
-    _same("arrays", card.arrays, describe(arrays))
+    _same(name, "arrays", card.arrays, describe(arrays))
     return arrays, card
 
 
@@ -115,6 +115,7 @@ def _read_card(content: Any) -> Card:
     return Card(**{**content, "classes": tuple(content["classes"])})
 
 
-def _same(what: str, on_card: object, found: object) -> None:
+def _same(name: str, what: str, on_card: object, found: object) -> None:
     if on_card != found or type(on_card) is not type(found):
-        raise WeightsMismatchError(f"the card's {what} is {on_card!r}, but {found!r} is needed")
+        message = f"weights {name}: the card's {what} is {on_card!r}, but {found!r} is needed"
+        raise WeightsMismatchError(message)

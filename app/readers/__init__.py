@@ -1,6 +1,7 @@
 """Bytes to `Cloud`, by content and never by name.
 
-A new format is one file and one line in `_SIGNATURES`, or in `_SHAPES` where it has no signature.
+A new format is one file, one entry of `FORMATS`, and one line in `_SIGNATURES`, or in `_SHAPES` where it has
+no signature.
 """
 
 from pathlib import Path
@@ -8,7 +9,7 @@ from pathlib import Path
 from app.readers.cloud import Cloud
 from app.readers.e57 import read_e57
 from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
-from app.readers.formats import FORMATS
+from app.readers.formats import FORMATS, NAMES
 from app.readers.glb import read_glb
 from app.readers.json_points import read_json
 from app.readers.las import read_las
@@ -83,7 +84,7 @@ def read_unpacked(data: memoryview, limits: Limits = UNLIMITED, labels: str | No
             return reader(data, limits, labels)
     for signature, name in _UNSUPPORTED.items():
         if start.startswith(signature):
-            raise UnreadableFileError("file", f"the file is {name}; what is read: {', '.join(FORMATS)}")
+            raise UnreadableFileError("file", f"the file is {name}; what is read: {NAMES}")
     if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
         return read_json(data, limits, labels)
     for is_one, reader in _SHAPES:

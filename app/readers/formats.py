@@ -1,20 +1,42 @@
-"""The formats that are read, and the usual suffixes of their files."""
+"""The formats that are read, as they are told to clients; files are recognised by what they hold."""
 
-FORMATS = {
-    "CSV": (".csv",),
-    "XYZ": (".xyz",),
-    "TXT": (".txt",),
-    "PTS": (".pts",),
-    "ASC": (".asc",),
-    "NPY": (".npy",),
-    "NPZ": (".npz",),
-    "PLY": (".ply",),
-    "PCD": (".pcd",),
-    "LAS": (".las",),
-    "LAZ": (".laz",),
-    "E57": (".e57",),
-    "STL": (".stl",),
-    "OBJ": (".obj",),
-    "GLB": (".glb",),
-    "JSON": (".json",),
-}
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: its name in the receipt of an answer, what is read of it, and how its files are labelled."""
+
+    name: str
+    how: str
+    extensions: tuple[str, ...]
+    media_types: tuple[str, ...]
+
+
+FORMATS = (
+    Format(
+        "text",
+        "one point a line, cut by comma, semicolon, tab or white space; an optional header",
+        (".csv", ".xyz", ".txt", ".pts", ".asc"),
+        ("text/csv", "text/plain", "text/tab-separated-values"),
+    ),
+    Format(
+        "npy", "an array (N, 3) or wider, or records with fields x, y, z", (".npy",), ("application/x-npy",)
+    ),
+    Format(
+        "npz",
+        "the array points or xyz, with normals and labels beside it",
+        (".npz",),
+        ("application/x-npz",),
+    ),
+    Format("ply", "x, y, z of the vertices, ascii or binary", (".ply",), ("model/ply", "application/ply")),
+    Format("pcd", "fields x, y, z, ascii, binary or binary_compressed", (".pcd",), ()),
+    Format("las", "scaled coordinates of all returns", (".las",), ("application/vnd.las",)),
+    Format("laz", "scaled coordinates of all returns", (".laz",), ("application/vnd.laszip",)),
+    Format("e57", "cartesian coordinates of all scans; needs the extra e57", (".e57",), ("model/e57",)),
+    Format("stl", "the distinct vertices, ascii or binary", (".stl",), ("model/stl",)),
+    Format("obj", "the distinct vertices", (".obj",), ("model/obj",)),
+    Format("glb", "the distinct vertices of the default scene", (".glb",), ("model/gltf-binary",)),
+    Format("json", "an object with points, as rows or as a base64 array", (".json",), ("application/json",)),
+)
+NAMES = ", ".join(extension[1:].upper() for format in FORMATS for extension in format.extensions)

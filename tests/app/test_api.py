@@ -326,7 +326,15 @@ def test_the_document_has_real_examples_for_every_body_answer_and_problem(servic
     document = service.client.get("/openapi.json").json()
     assert document["openapi"].startswith("3.1")
     operations = {op["operationId"]: op for path in document["paths"].values() for op in path.values()}
-    assert set(operations) == {"fit", "fit_batch", "livez", "readyz", "version"}
+    assert set(operations) == {
+        "capabilities",
+        "fit",
+        "fit_batch",
+        "livez",
+        "metrics",
+        "readyz",
+        "version",
+    }
     content = operations["fit"]["requestBody"]["content"]
     assert tuple(content) == MEDIA_TYPES
     response = service.client.post("/fit", json=content["application/json"]["examples"]["cylinder"]["value"])

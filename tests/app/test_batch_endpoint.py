@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 
 from app.schemas import BatchAnswer, BatchProblem, BatchSummary
-from tests.app.conftest import EXAMPLES, Service, running, wait_for, workers_of
 from tests.app.processes import needs_proc, ticks
+from tests.app.serving import EXAMPLES, Service, running, wait_for, workers
 
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
@@ -378,7 +378,7 @@ def _streamed(service: Service, *files: tuple[str, bytes]) -> Any:
 
 def _wait_for_work(service: Service) -> int:
     """The only worker, once it has been at work for a fifth of a second."""
-    (worker,) = workers_of(service.pid)
+    (worker,) = workers(service.pid)
     before = ticks(worker)
     wait_for(lambda: ticks(worker) > before + 20)
     return worker
@@ -430,7 +430,7 @@ def test_a_client_that_goes_away_stops_the_rest(hurried: Service) -> None:
         lines = response.iter_lines()
         next(lines)
     wait_for(lambda: _is_clean(hurried))
-    (worker,) = workers_of(hurried.pid)
+    (worker,) = workers(hurried.pid)
     time.sleep(0.3)
     before = ticks(worker)
     time.sleep(0.5)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from app.engine import fit
+from tests.app.serving import ALICE
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
@@ -130,3 +131,22 @@ def test_the_other_operations_answer(client: Any) -> None:
     assert _part("api.default.livez").sync(client=client).status == "alive"
     assert _part("api.default.readyz").sync(client=client).workers == 2
     assert _part("api.default.version").sync(client=client).primfit
+    told = _part("api.default.capabilities").sync(client=client)
+    assert told.limits.max_points == 5_000_000
+    assert "primfit_workers_warm 2.0" in _part("api.default.metrics").sync(client=client)
+
+
+def test_a_key_is_sent(generated: ModuleType, guarded_service: Any) -> None:
+    models, operation = _part("models"), _part("api.default.fit")
+    url, body = f"http://127.0.0.1:{guarded_service.port}", models.FitRequest(points=SMALL["points"])
+    with generated.AuthenticatedClient(base_url=url, token=ALICE, timeout=60) as client:
+        assert operation.sync(client=client, body=body).primitive.kind == "cylinder"
+    with generated.Client(base_url=url, timeout=60) as client:
+        assert operation.sync(client=client, body=body).type_ == "urn:primfit:problem:unauthorized"
+
+
+def test_an_answer_that_is_there_is_not_made_again(client: Any) -> None:
+    models, operation = _part("models"), _part("api.default.fit")
+    body = models.FitRequest(points=SMALL["points"])
+    tag = operation.sync_detailed(client=client, body=body).headers["etag"]
+    assert operation.sync(client=client, body=body, if_none_match=tag).status == 412

@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import socket
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,8 +15,8 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.app.conftest import workers_of
 from tests.app.processes import needs_proc, ticks
+from tests.app.serving import Background, workers
 
 SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
 MIB = 2**20
@@ -165,26 +164,12 @@ def test_five_million_points_are_the_default_limit(service: Any) -> None:
     _is_problem(service.post(body, "model/ply"), 413, "too-large")
 
 
-class _Background(threading.Thread):
-    """A request in the background; `response` is there after `join`."""
-
-    def __init__(self, service: Any, body: bytes, media_type: str = "application/octet-stream") -> None:
-        super().__init__()
-        self.service, self.body, self.media_type = service, body, media_type
-        self.response: httpx.Response
-
-    def run(self) -> None:
-        headers = {"Content-Type": self.media_type}
-        url = f"http://127.0.0.1:{self.service.port}/fit"
-        self.response = httpx.post(url, content=self.body, headers=headers, timeout=60)
-
-
 @needs_proc
 def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
-    before = workers_of(service.pid)
+    before = workers(service.pid)
     assert len(before) == 2
     idle = {pid: ticks(pid) for pid in before}
-    request = _Background(service, _npy(_cylinder(2_000_000)))
+    request = Background(service, _npy(_cylinder(2_000_000)))
     request.start()
     while not any(ticks(pid) > idle[pid] + 20 for pid in before):
         time.sleep(0.02)
@@ -195,13 +180,13 @@ def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
     for _ in range(3):
         _works(service)
     assert _is_clean(service)
-    assert set(workers_of(service.pid)).isdisjoint(before)
+    assert set(workers(service.pid)).isdisjoint(before)
 
 
 @needs_proc
 def test_a_worker_that_died_while_idle_is_replaced_unnoticed(strict_service: Any) -> None:
     for _ in range(5):
-        (worker,) = workers_of(strict_service.pid)
+        (worker,) = workers(strict_service.pid)
         os.kill(worker, signal.SIGKILL)
         assert strict_service.client.get("/readyz").status_code == 200
         _works(strict_service)
@@ -209,21 +194,21 @@ def test_a_worker_that_died_while_idle_is_replaced_unnoticed(strict_service: Any
 
 @needs_proc
 def test_work_over_the_time_limit_is_stopped(strict_service: Any) -> None:
-    (before,) = workers_of(strict_service.pid)
+    (before,) = workers(strict_service.pid)
     os.kill(before, signal.SIGSTOP)
     start = time.monotonic()
     response = strict_service.client.post("/fit", json=SMALL)
     _is_problem(response, 504, "time-limit")
     assert time.monotonic() - start < 5.0
     _works(strict_service)
-    assert workers_of(strict_service.pid) != [before]
+    assert workers(strict_service.pid) != [before]
 
 
 @needs_proc
 def test_more_requests_than_may_wait_are_refused_at_once(strict_service: Any) -> None:
-    (worker,) = workers_of(strict_service.pid)
+    (worker,) = workers(strict_service.pid)
     os.kill(worker, signal.SIGSTOP)
-    requests = [_Background(strict_service, _npy(_cylinder(100))) for _ in range(4)]
+    requests = [Background(strict_service, _npy(_cylinder(100))) for _ in range(4)]
     for request in requests:
         request.start()
     for request in requests:
@@ -254,7 +239,7 @@ def test_livez_answers_within_100_ms_under_load(service: Any, make: Any) -> None
 
 def _slowest_livez(service: Any, body: bytes, media_type: str) -> float:
     """Seconds that the slowest `GET /livez` took while a body was received, read and fitted."""
-    request = _Background(service, body, media_type)
+    request = Background(service, body, media_type)
     request.start()
     times = []
     while request.is_alive():

@@ -1,6 +1,7 @@
 """Problem documents: bounded, and silent about the inside of the service and about the input."""
 
 import json
+from pathlib import Path
 
 import pytest
 from starlette.exceptions import HTTPException
@@ -22,6 +23,13 @@ def test_a_document_is_at_most_16_kib_whatever_the_errors_hold() -> None:
     made = problems.problem(InvalidPointsError("x" * 10**5, "\u20ac" * 10**6, errors=errors), "/requests/1")
     assert len(made.content) <= 16 * 1024
     assert len(json.loads(made.content)["errors"]) <= 20
+
+
+def test_every_type_is_documented() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "api.md").read_text()
+    rows = [line for line in page.splitlines() if line.startswith("| ")]
+    for kind in (*problems.KINDS.values(), problems.INTERNAL):
+        assert any(f"`{kind.slug}`" in row and str(kind.status) in row for row in rows), kind
 
 
 @pytest.mark.parametrize(

@@ -55,6 +55,7 @@ def test_a_job_over_the_limit_is_killed_and_the_next_one_done() -> None:
         assert time.monotonic() - start < 30.0
         assert await pool.run(0.0, _wanted) is None
         assert pool.greeting != first
+        assert pool.n_restarts == 1
 
     _with_pool(time.sleep, use, time_limit=0.3)
 
@@ -75,9 +76,11 @@ def test_more_than_may_wait_is_refused() -> None:
         await asyncio.sleep(0.1)
         waiting = asyncio.create_task(pool.run(0.0, _wanted))
         await asyncio.sleep(0.1)
+        assert (pool.n_busy, pool.n_waiting) == (1, 1)
         with pytest.raises(BusyError):
             await pool.run(0.0, _wanted)
         await asyncio.gather(busy, waiting)
+        assert (pool.n_busy, pool.n_waiting, pool.n_restarts) == (0, 0, 0)
 
     _with_pool(time.sleep, use, queue_size=1)
 

@@ -21,8 +21,8 @@ import pytest
 import zstandard
 
 from app.readers import UnreadableFileError, read
-from tests.app.conftest import Service, running, workers_of
 from tests.app.hostile.measure import MEMORY, SECONDS, refused
+from tests.app.serving import Service, running, workers
 
 EXAMPLES = Path(__file__).parents[3] / "app" / "examples"
 REQUEST = (EXAMPLES / "request.json").read_bytes()
@@ -324,7 +324,7 @@ def _refused_by(service: Service, send: Callable[[], httpx.Response]) -> dict[st
 
     It has three tries for its second: other programs may slow one of them down.
     """
-    watched = [service.pid, *workers_of(service.pid)]
+    watched = [service.pid, *workers(service.pid)]
     for _ in range(3):
         before = [_forget_peak(pid) for pid in watched]
         started = time.perf_counter()
@@ -339,7 +339,7 @@ def _refused_by(service: Service, send: Callable[[], httpx.Response]) -> dict[st
     assert len(response.content) <= 16 * 1024
     assert b"s3cret" not in response.content
     assert service.client.post("/fit", content=REQUEST, headers=AS_JSON).status_code == 200
-    assert workers_of(service.pid) == watched[1:]
+    assert workers(service.pid) == watched[1:]
     problem: dict[str, Any] = response.json()
     assert len(problem["errors"]) <= 20
     return problem

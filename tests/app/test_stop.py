@@ -1,0 +1,83 @@
+"""SIGTERM: requests under way get their answer, and the process ends with status 0."""
+
+import io
+import json
+import os
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from tests.app.serving import PATIENCE, Background, running, wait_for
+
+SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX")
+
+
+@pytest.fixture(scope="module")
+def large() -> bytes:
+    """A noisy torus of a million points, which takes a second or more to fit."""
+    rng = np.random.default_rng(4)
+    ring, tube = rng.uniform(0, 5, (2, 1_000_000))
+    distance = 3.0 + np.cos(tube)
+    points = np.column_stack([distance * np.cos(ring), distance * np.sin(ring), np.sin(tube)])
+    stream = io.BytesIO()
+    np.save(stream, points + rng.normal(scale=1e-3, size=points.shape))
+    return stream.getvalue()
+
+
+def _under_way(service: Any, body: bytes) -> Background:
+    """A request that a worker is busy with."""
+    request = Background(service, body)
+    request.start()
+    wait_for(lambda: "\nprimfit_workers_busy 1.0\n" in service.client.get("/metrics").text)
+    return request
+
+
+@pytest.mark.parametrize("whole_group", [False, True], ids=["the service", "all its processes"])
+def test_a_request_under_way_is_answered_in_full(tmp_path: Path, large: bytes, whole_group: bool) -> None:
+    with running(tmp_path / "bodies", workers=1, stop_patience=60) as service:
+        request = _under_way(service, large)
+        if whole_group:
+            os.killpg(service.pid, signal.SIGTERM)
+        else:
+            os.kill(service.pid, signal.SIGTERM)
+        wait_for(lambda: "Shutting down" in service.log.read_text())
+        assert request.is_alive()
+        with pytest.raises(httpx.ConnectError):
+            httpx.get(f"http://127.0.0.1:{service.port}/livez")
+        request.join()
+        assert request.response.status_code == 200
+        assert request.response.json()["primitive"]["kind"] == "torus"
+        assert request.response.json()["receipt"]["n_points"] == 1_000_000
+        assert service.process.wait(PATIENCE) == 0
+        assert not list(service.temporary_directory.iterdir())
+
+
+def test_a_request_that_takes_longer_is_told_so(tmp_path: Path, large: bytes) -> None:
+    with running(tmp_path / "bodies", workers=1, stop_patience=0) as service:
+        request = _under_way(service, large)
+        os.kill(service.pid, signal.SIGTERM)
+        request.join()
+        assert request.response.status_code == 503
+        assert request.response.json()["type"] == "urn:primfit:problem:stopping"
+        assert request.response.headers["retry-after"] == "1"
+        assert service.process.wait(PATIENCE) == 0
+        assert "Traceback" not in service.log.read_text()
+
+
+def test_for_a_while_it_works_on_and_says_that_it_will_stop(tmp_path: Path) -> None:
+    with running(tmp_path / "bodies", workers=1, stop_delay=3) as service:
+        os.kill(service.pid, signal.SIGTERM)
+        start = time.monotonic()
+        wait_for(lambda: service.client.get("/readyz").status_code == 503)
+        assert service.client.get("/readyz").json()["detail"] == "the service is about to stop"
+        assert service.client.get("/livez").status_code == 200
+        assert service.client.post("/fit", json=SMALL).status_code == 200
+        assert service.process.wait(PATIENCE) == 0
+        assert time.monotonic() - start >= 3.0
