@@ -102,7 +102,7 @@ def test_the_same_file_twice_is_done_once(tmp_path: Path) -> None:
 def test_an_empty_folder_is_said(tmp_path: Path) -> None:
     result = run("batch", tmp_path, "--out", tmp_path / "out")
     assert result.exit_code == 2
-    assert "no .csv" in result.stderr
+    assert ".csv .glb" in result.stderr
 
 
 def test_a_folder_that_cannot_be_written_is_said_plainly(clouds: Path, tmp_path: Path) -> None:
