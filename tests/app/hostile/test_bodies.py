@@ -131,6 +131,7 @@ JSON: dict[str, tuple[Make, str]] = {
     "shape missing": (lambda: _json(_array(GRID, shape=None)), "points.shape"),
     "one field too many": (lambda: _json({**_array(GRID), "order": "F"}), "points.order"),
     "weights of three columns": (lambda: _json(weights=_array(GRID)), "weights.shape"),
+    "labels as base64 of uint64": (lambda: _json(labels=_array(range(50), "<u8")), "labels.dtype"),
     "labels as base64 floats": (lambda: _json(labels=_array(GRID[:, 0])), "labels.dtype"),
 }
 TEXT: dict[str, tuple[Make, str]] = {
