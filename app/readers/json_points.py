@@ -56,19 +56,22 @@ def read_json(data: memoryview, limits: Limits = UNLIMITED, labels: str | None =
         raise UnreadableFileError("options", "options must be an object", describe(options))
     _refuse_twice(body, [*document, *options])
     points = to_points(document["points"], limits)
+    beside = _beside(document, len(points), limits)
+    columns = ("x", "y", "z", *(name for name in beside if name != "labels"))
+    normals, found = beside.pop("normals", None), beside.pop("labels", None)
+    label = None if find_label(("labels",) if found is not None else (), labels) is None else "labels"
+    found = None if label is None else found
+    return Cloud(points, columns, normals, "json", options, **beside, labels=found, label_column=label)
+
+
+def _beside(document: dict[str, Any], n_points: int, limits: Limits) -> dict[str, Any]:
+    """What stands beside the points, as arrays by their names."""
     given = {name: document[name] for name in _BESIDE if document.get(name) is not None}
-    normals = _to_normals(given["normals"], len(points), limits) if "normals" in given else None
-    found = _to_labels(given["labels"], len(points), limits) if "labels" in given else None
-    if find_label(("labels",) if found is not None else (), labels) is None:
-        found = None
-    per_point: dict[str, Any] = {
-        name: _to_numbers(name, given[name], limits) for name in _PER_POINT if name in given
+    read = {"normals": _to_normals, "labels": _to_labels}
+    return {
+        name: read[name](values, n_points, limits) if name in read else _to_numbers(name, values, limits)
+        for name, values in given.items()
     }
-    columns = ("x", "y", "z", *(["normals"] if normals is not None else []), *per_point)
-    label_column = None if found is None else "labels"
-    return Cloud(
-        points, columns, normals, "json", options, **per_point, labels=found, label_column=label_column
-    )
 
 
 def _to_numbers(name: str, values: object, limits: Limits) -> Array:

@@ -1,5 +1,6 @@
 """The service over HTTP: the same answer by every way in, problem documents, and the OpenAPI document."""
 
+import base64
 import gzip
 import io
 import json
@@ -31,6 +32,11 @@ def _npy(points: np.ndarray) -> bytes:
     return stream.getvalue()
 
 
+def _encoded(points: np.ndarray) -> dict[str, Any]:
+    encoded = base64.b64encode(points.astype("<f8").tobytes()).decode()
+    return {"dtype": "float64", "shape": list(points.shape), "base64": encoded}
+
+
 def _problem(response: httpx.Response, status: int, slug: str) -> dict[str, Any]:
     assert response.status_code == status, response.text
     assert response.headers["content-type"] == "application/problem+json"
@@ -48,6 +54,7 @@ def test_every_way_in_gives_the_same_numbers(service: Any, cylinder: np.ndarray)
         "csv": service.post(CSV, "text/csv"),
         "npy": service.post(_npy(cylinder), "application/x-npy"),
         "json": service.client.post("/fit", json={"points": cylinder.tolist()}),
+        "base64": service.client.post("/fit", json={"points": _encoded(cylinder)}),
         "upload": service.client.post("/fit", files={"file": ("cloud.csv", CSV)}),
         "upload of npy": service.client.post("/fit", files={"file": ("cloud.csv", _npy(cylinder))}),
     }
@@ -59,7 +66,8 @@ def test_every_way_in_gives_the_same_numbers(service: Any, cylinder: np.ndarray)
         receipt = body.pop("receipt")
         assert receipt["n_points"] == 300
         assert receipt["columns"] == ["x", "y", "z"]
-        assert receipt["format"] == {"csv": "text", "upload": "text", "json": "json"}.get(name, "npy")
+        formats = {"csv": "text", "upload": "text", "json": "json", "base64": "json"}
+        assert receipt["format"] == formats.get(name, "npy")
         assert body == answers["csv"]
     expected = fit(cylinder)
     assert answers["csv"]["primitive"]["kind"] == "cylinder"
@@ -329,7 +337,9 @@ def test_the_document_has_real_examples_for_every_body_answer_and_problem(servic
     assert set(operations) == {"fit", "fit_batch", "livez", "readyz", "version"}
     content = operations["fit"]["requestBody"]["content"]
     assert tuple(content) == MEDIA_TYPES
-    response = service.client.post("/fit", json=content["application/json"]["examples"]["cylinder"]["value"])
+    examples = content["application/json"]["examples"]
+    response = service.client.post("/fit", json=examples["cylinder"]["value"])
+    assert service.client.post("/fit", json=examples["cylinder_in_base64"]["value"]).text == response.text
     answers = operations["fit"]["responses"]["200"]["content"]["application/json"]
     shown = answers["examples"]["cylinder"]["value"]
     FitAnswer.model_validate(shown, strict=True)
