@@ -183,7 +183,8 @@ class FitRequest(BaseModel):
         None, description="one a point, of any length and sign, not zero; by default they are estimated"
     )
     labels: list[int] | list[str] | EncodedArray | None = Field(
-        None, description="one a point, integers or strings: the segment that it belongs to"
+        None,
+        description="one a point, integers or strings: its segment; a fit does not use them",
     )
     weights: list[float] | EncodedArray | None = Field(
         None,

@@ -14,7 +14,7 @@ DtypeName = Literal[
     "float32", "float64", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64"
 ]
 DTYPES = get_args(DtypeName)
-INTEGERS = DTYPES[2:]
+INTEGERS = DTYPES[2:-1]  # those that int64 holds
 _KEYS = ("dtype", "shape", "base64")
 
 

@@ -103,7 +103,7 @@ def _to_labels(values: object, n_points: int, limits: Limits) -> NDArray[Any]:
     """Labels (N,): integers, or strings."""
     kinds = set(map(type, values)) if isinstance(values, list) else None
     if isinstance(values, dict):
-        labels = decode(values, "labels", limits, dtypes=INTEGERS)
+        labels = decode(values, "labels", limits, dtypes=INTEGERS).astype(np.int64)
     elif isinstance(values, list) and kinds == {str}:
         labels = string_labels(values)
     elif isinstance(values, list) and kinds == {int} and -(2**63) <= min(values) <= max(values) < 2**63:

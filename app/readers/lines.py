@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from io import BytesIO, TextIOWrapper
+from itertools import islice
 
 import numpy as np
 
@@ -9,6 +10,8 @@ from app.readers.cloud import Array
 from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 
 _LINE_LIMIT = 64 * 1024
+# Bad rows are counted this far: to count millions takes seconds.
+COUNTED = 10_000
 _BOM = b"\xef\xbb\xbf"
 
 Rows = Callable[[], Iterator[tuple[int, str]]]
@@ -40,6 +43,11 @@ def is_number(cell: str) -> bool:
     return "_" not in cell and cell.isascii()
 
 
+def counted(n_bad: int) -> str:
+    """The number of bad rows, in words where there may be more."""
+    return f"{n_bad} or more" if n_bad >= COUNTED else str(n_bad)
+
+
 def load_triples(rows: Rows, what: str) -> Array:
     """The three numbers after the first word of each row, as (N, 3); `rows` gives line numbers and lines.
 
@@ -54,12 +62,13 @@ def load_triples(rows: Rows, what: str) -> Array:
 
 
 def _explain(rows: Rows, what: str) -> InvalidPointsError:
-    bad = [
+    found = (
         number
         for number, line in rows()
         if len(cells := line.split()[1:4]) < 3 or not all(is_number(cell) for cell in cells)
-    ]
+    )
+    bad = list(islice(found, COUNTED))
     errors = [FieldError(f"line {number}", f"a {what} must be three numbers") for number in bad[:SHOWN]]
     return InvalidPointsError(
-        errors[0].field, f"{len(bad)} lines hold no {what} of three numbers", errors=errors
+        errors[0].field, f"{counted(len(bad))} lines hold no {what} of three numbers", errors=errors
     )

@@ -22,7 +22,7 @@ from app.readers.cloud import (
 )
 from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 from app.readers.limits import UNLIMITED, Limits
-from app.readers.lines import check_lines, is_number, lines
+from app.readers.lines import COUNTED, check_lines, counted, is_number, lines
 
 _SAMPLE = 20
 _HEAD = 1024 * 1024
@@ -251,9 +251,13 @@ def _explain(text: bytes, layout: _Layout) -> UnreadableFileError:
             ]
         n_bad += bool(bad)
         errors += bad[: SHOWN - len(errors)]
+        if n_bad == COUNTED:
+            break
     if not errors:
         return UnreadableFileError("file", "the rows are not numbers cut by one delimiter")
-    return InvalidPointsError(errors[0].field, f"{n_bad} rows are not {layout.width} numbers", errors=errors)
+    return InvalidPointsError(
+        errors[0].field, f"{counted(n_bad)} rows are not {layout.width} numbers", errors=errors
+    )
 
 
 def _describe(cell: str) -> str:

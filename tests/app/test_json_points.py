@@ -85,20 +85,20 @@ def test_numbers_are_read_to_the_last_digit() -> None:
 @pytest.mark.parametrize("row", [b'["a", 1]', b'{"x": 1}', b"[1, 2, null]", b"[]", b'"x"'])
 def test_a_hundred_thousand_bad_rows_are_refused_at_once(row: bytes) -> None:
     body = b'{"points": [' + b",".join([row] * 100_000) + b"]}"
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(UnreadableFileError, match="100000 of 100000") as caught:
         read_json(memoryview(body), Limits(json_points=200_000))
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
     assert len(caught.value.errors) == 20
 
 
 @pytest.mark.parametrize("item", [b"[0,0,0]", b"[]", b"0", b"{}", b'""'])
 def test_more_than_the_limit_is_refused_before_it_is_built(item: bytes) -> None:
     body = b'{"points": [' + b",".join([item] * 5_000_000) + b"]}"
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(TooLargeError, match="limit is 200000 points"):
         read_json(memoryview(body), Limits(json_points=200_000))
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
 
 
 def test_one_point_over_the_limit_is_refused() -> None:

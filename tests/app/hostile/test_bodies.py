@@ -131,10 +131,13 @@ JSON: dict[str, tuple[Make, str]] = {
     "shape missing": (lambda: _json(_array(GRID, shape=None)), "points.shape"),
     "one field too many": (lambda: _json({**_array(GRID), "order": "F"}), "points.order"),
     "weights of three columns": (lambda: _json(weights=_array(GRID)), "weights.shape"),
+    "labels as base64 of uint64": (lambda: _json(labels=_array(range(50), "<u8")), "labels.dtype"),
     "labels as base64 floats": (lambda: _json(labels=_array(GRID[:, 0])), "labels.dtype"),
 }
 TEXT: dict[str, tuple[Make, str]] = {
     "100,000 bad lines": (lambda: b"1,2,3\n" + b"1,s3cret,3\n" * 100_000, "line 2, column 2"),
+    "5 million bad lines": (lambda: b"1,2,3\n" + b"1,x,3\n" * 5_000_000, "line 2, column 2"),
+    "faces without vertices": (lambda: b"f 1 2 3\n" * 3_000_000, "line 1, column 1"),
     "a line of 30 MB": (lambda: b"1,2,3\n" * 30 + b"1 " * 15_000_000, "line 31"),
     "a header of 1 MB": (lambda: b"x,y,z" + b",s3cret" * 150_000 + b"\n1,2,3\n", "line 1"),
     "nothing but lines": (lambda: b"\n" * 10_000_000, "file"),
@@ -250,6 +253,7 @@ MESHES: dict[str, tuple[Make, str]] = {
     "obj of words": (lambda: b"v 1 2 3\nv 1 two 3\n", "line 2"),
     "obj of two coordinates": (lambda: b"# part\nv 1 2 3\nv 1 2\n", "line 3"),
     "obj of a line of 10 MB": (lambda: b"v 1 2 3\n" + b"f" + b" 1" * 5_000_000, "line 2"),
+    "obj of 3 million bad lines": (lambda: b"v 1 2 3\n" + b"v s3cret\n" * 3_000_000, "line 2"),
     "obj of 100,000 bad lines": (lambda: b"v 1 2 3\n" + b"v s3cret\n" * 100_000, "line 2"),
     "glb cut in the header": (lambda: GLB[:11], "file"),
     "glb cut in the json": (lambda: GLB[:100], "header"),
@@ -259,6 +263,10 @@ MESHES: dict[str, tuple[Make, str]] = {
     "glb with a chunk of 4 GB": (lambda: GLB[:12] + b"\xff" * 4 + GLB[16:], "file"),
     "glb with json of 2 MB": (lambda: _glb(GRID, b"[" + b"{}," * 700_000 + b"{}]"), "file"),
     "glb with json 300,000 deep": (lambda: _glb(GRID, b"[" * 300_000 + b"]" * 300_000), "file"),
+    "glb with 340,000 objects": (
+        lambda: _glb(GRID, b'{"scenes":[{"nodes":[-1]}],"nodes":[' + b"{}," * 340_000 + b"{}]}"), "nodes"),
+    "glb with 200,000 strings": (
+        lambda: _glb(GRID, b'{"scenes":[{"nodes":[-1]}],"nodes":[' + b'"ab",' * 200_000 + b'""]}'), "nodes"),
     "glb of broken json": (lambda: _glb(GRID, b'{"scene": '), "file"),
     "glb of an array": (lambda: _glb(GRID, b"[]"), "file"),
     "glb without a scene": (lambda: _glb(GRID, scenes=None), "scene"),

@@ -62,6 +62,7 @@ def test_labels_are_read_when_asked_for(labels: Any) -> None:
         assert cloud.labels is not None
         assert cloud.labels.tolist() == (list(range(40)) if isinstance(labels, dict) else labels)
         assert cloud.label_column == "labels"
+        assert cloud.labels.dtype in (np.int64, object)
     assert read(body).labels is None
     with pytest.raises(UnreadableFileError, match="no column of this name"):
         read(body, labels="segment")
