@@ -4,7 +4,7 @@
 # make image  build the container image                  make lint        ruff, mypy, import rules
 # make weights  train both classifiers again             make clean       remove what these verbs made
 # make training-figures  after make weights: docs/training-figures.md
-# make example  refresh the answer that the API shows
+# make example  refresh the answer that the API shows   make openapi     refresh docs/openapi.json
 # make bench  measure primfit on small sets, a few minutes; the report: build/bench/report/benchmark.md
 # make bench-peers  install what the benchmark compares with    make bench-full  measure all of them, a few hours
 
@@ -32,7 +32,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-torch lint weights training-figures example bench bench-peers bench-full image clean
+.PHONY: run setup test test-slow test-torch lint weights training-figures example openapi bench bench-peers bench-full image clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -71,6 +71,10 @@ training-figures: $(VENV_TORCH)/.torch
 # The OpenAPI document shows a real answer; it names the weights and follows every change of the numbers.
 example: $(VENV)/.serving
 	$(VENV)/bin/primfit fit --json app/examples/request.json > app/examples/answer.json
+
+# The contract, as a file: clients are generated from it, and a change of it is seen in a diff.
+openapi: $(VENV)/.serving
+	$(VENV)/bin/primfit openapi > docs/openapi.json
 
 # Both go on where they were cut off; `primfit bench --help` has more.
 bench: $(VENV)/.bench

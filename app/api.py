@@ -64,7 +64,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         app.state.pool.stop()
 
 
-@router.post("/fit", operation_id="fit", response_model=FitAnswer, **openapi.FIT)
+@router.post("/fit", operation_id="fit", summary="Fit a cloud", response_model=FitAnswer, **openapi.FIT)
 async def fit(request: Request) -> Response:
     """Say which primitive a cloud is, with its parameters, its error, and every kind that was tried."""
     media_type = _media_type(request)
@@ -79,13 +79,13 @@ async def fit(request: Request) -> Response:
     return Response(reply.content, reply.status, {"Server-Timing": timing}, reply.media_type)
 
 
-@router.get("/livez", operation_id="livez", response_model=Live, **openapi.GET)
+@router.get("/livez", operation_id="livez", summary="Is it alive?", response_model=Live, **openapi.GET)
 async def livez() -> Live:
     """The process answers."""
     return Live(status="alive")
 
 
-@router.get("/readyz", operation_id="readyz", response_model=Ready, **openapi.READYZ)
+@router.get("/readyz", operation_id="readyz", summary="Is it ready?", response_model=Ready, **openapi.READYZ)
 async def readyz(request: Request) -> Ready:
     """Workers are warm and the weights are loaded: clouds can be sent."""
     n_warm = request.app.state.pool.n_warm
@@ -94,7 +94,7 @@ async def readyz(request: Request) -> Ready:
     return Ready(status="ready", workers=n_warm)
 
 
-@router.get("/version", operation_id="version", response_model=Versions, **openapi.GET)
+@router.get("/version", operation_id="version", summary="What is it?", response_model=Versions, **openapi.GET)
 async def version(request: Request) -> Versions:
     """Versions that decide the numbers; `weights` is null until the workers are warm."""
     known = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}

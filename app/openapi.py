@@ -29,6 +29,31 @@ RAW_TYPES = (
 MEDIA_TYPES = ("application/json", "multipart/form-data", *RAW_TYPES)
 WHAT_IS_READ = f"send one of {', '.join(MEDIA_TYPES)}, without content encoding"
 
+TAGS = (
+    {"name": "fitting", "description": "Clouds in, primitives out."},
+    {"name": "service", "description": "How the service is, and what it is."},
+)
+_REQUEST_ID = {"type": "string", "pattern": "^[A-Za-z0-9._-]{1,64}$"}
+# What every operation takes and every answer carries, see `app.request_id`.
+_PARAMETERS: dict[str, Any] = {
+    "RequestId": {
+        "name": "X-Request-Id",
+        "in": "header",
+        "required": False,
+        "description": "an id of your own for this request; without a usable one the service makes one up",
+        "schema": _REQUEST_ID,
+        "example": "3f0c1f9e",
+    }
+}
+_HEADERS: dict[str, Any] = {
+    "RequestId": {
+        "description": "id of the request, in the log and in the `instance` of a problem",
+        "schema": _REQUEST_ID,
+    },
+    "RetryAfter": {"description": "seconds to wait before the next try", "schema": {"type": "integer"}},
+    "ServerTiming": {"description": "milliseconds of each step", "schema": {"type": "string"}},
+}
+
 _EXAMPLES = Path(__file__).with_name("examples")
 _REF = "#/components/schemas/{model}"
 _EXAMPLE_ERRORS: dict[str, Exception] = {
@@ -76,7 +101,15 @@ def _json(name: str) -> Any:
 
 def _body() -> dict[str, Any]:
     """The request body of `fit` in all its media types."""
-    csv = "x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in _json("request.json")["points"])
+    points = _json("request.json")["points"]
+    csv = "x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in points)
+    tsv = csv.replace(",", "\t")
+    ply = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n" + "".join(
+        f"property double {name}\n" for name in "xyz"
+    )
+    ply += "end_header\n" + "".join(f"{x} {y} {z}\n" for x, y, z in points)
+    as_text = dict.fromkeys(("application/octet-stream", "text/csv", "text/plain"), csv)
+    as_text |= {"text/tab-separated-values": tsv, "model/ply": ply, "application/ply": ply}
     content: dict[str, Any] = {
         "application/json": {
             "schema": {"$ref": _REF.format(model="FitRequest")},
@@ -90,8 +123,8 @@ def _body() -> dict[str, Any]:
     }
     for media_type in RAW_TYPES:
         content[media_type] = {"schema": {"type": "string", "format": "binary"}}
-    for media_type in ("text/csv", "text/plain"):
-        content[media_type]["examples"] = {"cylinder": {"value": csv}}
+    for media_type, text in as_text.items():
+        content[media_type]["examples"] = {"cylinder": {"value": text}}
     return {"required": True, "content": content}
 
 
@@ -116,10 +149,12 @@ def _without_default(schema: dict[str, Any]) -> dict[str, Any]:
 
 
 GET: dict[str, Any] = {
+    "tags": ["service"],
     "response_description": "It answers",
     "responses": {"500": _problem(internal=Exception())},
 }
 READYZ: dict[str, Any] = {
+    "tags": ["service"],
     "response_description": "It is ready",
     "responses": {
         "503": _problem(not_ready=_UNAVAILABLE["not_ready"]),
@@ -127,8 +162,10 @@ READYZ: dict[str, Any] = {
     },
 }
 FIT: dict[str, Any] = {
+    "tags": ["fitting"],
     "response_description": "What was found",
     "responses": {
+        "200": {"headers": {"Server-Timing": {"$ref": "#/components/headers/ServerTiming"}}},
         **{status: _problem(example=error) for status, error in _EXAMPLE_ERRORS.items()},
         "422": _problem(**_INVALID),
         "503": _problem(**_UNAVAILABLE),
@@ -144,12 +181,31 @@ def document(app: FastAPI) -> dict[str, Any]:
     return app.openapi_schema
 
 
+def as_text(app: FastAPI) -> bytes:
+    """The document as a file to read and to compare: indented, schemas by name."""
+    return orjson.dumps(document(app), option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE)
+
+
 def _make(app: FastAPI) -> dict[str, Any]:
     made = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
     modes = [(model, "validation") for model in (FitRequest, FitUpload, Problem)]
     _, definitions = models_json_schema(modes, ref_template=_REF)  # type: ignore[arg-type]
-    made["components"]["schemas"] |= definitions["$defs"]
+    schemas = made["components"]["schemas"] | definitions["$defs"]
+    made["components"]["schemas"] = dict(sorted(schemas.items()))
     # Set here, because FastAPI would drop the nulls of an example.
     answers = made["paths"]["/fit"]["post"]["responses"]["200"]["content"]["application/json"]
     answers["examples"] = {"cylinder": {"value": _json("answer.json")}}
-    return made
+    _add_headers(made)
+    return made | {"tags": list(TAGS)}
+
+
+def _add_headers(made: dict[str, Any]) -> None:
+    """What every operation takes and every answer carries."""
+    made["components"] |= {"parameters": _PARAMETERS, "headers": _HEADERS}
+    for operation in (operation for path in made["paths"].values() for operation in path.values()):
+        operation.setdefault("parameters", []).append({"$ref": "#/components/parameters/RequestId"})
+        for status, response in operation["responses"].items():
+            headers = response.setdefault("headers", {})
+            headers["X-Request-Id"] = {"$ref": "#/components/headers/RequestId"}
+            if status == "503":
+                headers["Retry-After"] = {"$ref": "#/components/headers/RetryAfter"}

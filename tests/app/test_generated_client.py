@@ -5,7 +5,9 @@ import io
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -17,6 +19,12 @@ from app.engine import fit
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
+DOCUMENT = json.loads((Path(__file__).parents[2] / "docs" / "openapi.json").read_bytes())
+OPERATIONS = [
+    f"{operation['tags'][0]}.{operation['operationId']}"
+    for path in DOCUMENT["paths"].values()
+    for operation in path.values()
+]
 NAME = "generated_primfit_client"
 
 
@@ -49,7 +57,7 @@ def _part(name: str) -> ModuleType:
 
 
 def test_json_is_posted_and_the_answer_typed(client: Any) -> None:
-    models, operation = _part("models"), _part("api.default.fit")
+    models, operation = _part("models"), _part("api.fitting.fit")
     options = models.FitOptions(kinds=[models.KindName.CYLINDER, models.KindName.CONE], seed=3)
     request = models.FitRequest(points=SMALL["points"], options=options)
     answer = operation.sync(client=client, body=request)
@@ -63,7 +71,7 @@ def test_json_is_posted_and_the_answer_typed(client: Any) -> None:
 
 @pytest.mark.parametrize("with_options", [False, True])
 def test_a_file_is_uploaded(client: Any, cylinder: np.ndarray, with_options: bool) -> None:
-    models, operation, types = _part("models"), _part("api.default.fit"), _part("types")
+    models, operation, types = _part("models"), _part("api.fitting.fit"), _part("types")
     csv = (EXAMPLES / "cylinder.csv").read_bytes()
     upload = models.FitUpload(file=types.File(io.BytesIO(csv), "cylinder.csv", "text/csv"))
     if with_options:
@@ -75,7 +83,7 @@ def test_a_file_is_uploaded(client: Any, cylinder: np.ndarray, with_options: boo
 
 
 def test_a_raw_body_is_posted_with_options_in_the_query(client: Any) -> None:
-    models, operation, types = _part("models"), _part("api.default.fit"), _part("types")
+    models, operation, types = _part("models"), _part("api.fitting.fit"), _part("types")
     csv = (EXAMPLES / "cylinder.csv").read_bytes()
     answer = operation.sync(
         client=client, body=types.File(io.BytesIO(csv)), kinds=[models.KindName.SPHERE], max_error=0.5
@@ -85,14 +93,29 @@ def test_a_raw_body_is_posted_with_options_in_the_query(client: Any) -> None:
 
 
 def test_problems_are_typed(client: Any) -> None:
-    models, operation = _part("models"), _part("api.default.fit")
+    models, operation = _part("models"), _part("api.fitting.fit")
     problem = operation.sync(client=client, body=models.FitRequest(points=[[1.0, 2.0, 3.0]]))
     assert isinstance(problem, models.Problem)
     assert problem.status == 422
     assert problem.errors[0].field == "points"
 
 
-def test_the_other_operations_answer(client: Any) -> None:
-    assert _part("api.default.livez").sync(client=client).status == "alive"
-    assert _part("api.default.readyz").sync(client=client).workers == 2
-    assert _part("api.default.version").sync(client=client).primfit
+def _request() -> Any:
+    return _part("models").FitRequest(points=SMALL["points"])
+
+
+# One call an operation, by the name of its module: what it answers is typed, and looked at.
+CALLS: dict[str, Callable[[Any], Any]] = {
+    "fitting.fit": lambda call: (
+        call(body=_part("models").FitRequest(points=SMALL["points"])).status == "fitted"
+    ),
+    "service.livez": lambda call: call().status == "alive",
+    "service.readyz": lambda call: call().workers == 2,
+    "service.version": lambda call: call(x_request_id="python-1").primfit == version("primfit"),
+}
+
+
+@pytest.mark.parametrize("operation", OPERATIONS)
+def test_every_operation_of_the_document_is_driven(client: Any, operation: str) -> None:
+    assert operation in CALLS, f"{operation} is in the document and not driven: it needs a line in CALLS"
+    assert CALLS[operation](partial(_part(f"api.{operation}").sync, client=client))
