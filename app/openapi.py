@@ -40,8 +40,9 @@ _PARAMETERS: dict[str, Any] = {
         "name": "X-Request-Id",
         "in": "header",
         "required": False,
-        "description": "an id of your own for this request; without a usable one the service makes one up",
-        "schema": _REQUEST_ID,
+        "description": "an id of your own for this request, up to 64 of A-Z a-z 0-9 . _ -; "
+        "in place of any other the service makes one up",
+        "schema": {"type": "string"},
         "example": "3f0c1f9e",
     }
 }

@@ -160,12 +160,14 @@ class FitOptions(BaseModel):
 class FitRequest(BaseModel):
     """A cloud in JSON."""
 
-    points: list[Vector] = Field(description="points [x, y, z], finite numbers in any unit of length")
-    weights: list[float] | None = Field(
+    points: list[Vector] = Field(
+        min_length=3, description="points [x, y, z], finite numbers in any unit of length"
+    )
+    weights: list[Annotated[float, Field(ge=0)]] | None = Field(
         None,
         description="one a point, not negative: how much it counts in the last refinement; 0 leaves it out",
     )
-    standard_deviations: list[float] | None = Field(
+    standard_deviations: list[Annotated[float, Field(gt=0)]] | None = Field(
         None, description="of the noise of each point, in the unit of the points; in place of weights"
     )
     options: FitOptions | None = None
