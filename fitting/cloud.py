@@ -24,6 +24,9 @@ NORMAL_POINTS = 512
 LARGEST_COORDINATE = 1e100
 """Beyond this magnitude squares and products of coordinates overflow."""
 
+SMALLEST_EXTENT = 1e-100
+"""Below this size of the bounding box they underflow."""
+
 LIKELY_REPEATED = 0.02
 """Where more than this share of a sample repeats other points of it, repetitions are left out."""
 
@@ -165,6 +168,9 @@ def check_points(points: object) -> Array:
         raise InvalidPointCloudError(f"a coordinate is {largest:.3g}; the limit is {LARGEST_COORDINATE:.0e}")
     if np.all(array == array[0]):
         raise InvalidPointCloudError(f"all {len(array)} points are the same one")
+    extent = float(np.max(np.ptp(array, axis=0)))
+    if extent < SMALLEST_EXTENT:
+        raise InvalidPointCloudError(f"the cloud is {extent:.3g} in size; the limit is {SMALLEST_EXTENT:.0e}")
     return array
 
 

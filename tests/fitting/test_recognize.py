@@ -264,6 +264,7 @@ LINE = np.outer(np.linspace(-1, 1, 50), [1.0, 2.0, 3.0])
         ([[1, 2, 3], [4, 5]], "cannot be read"),
         ([["a", "b", "c"]] * 4, "cannot be read"),
         (1e120 * sample(EXAMPLES["sphere"], 20), "limit is 1e\\+100"),
+        (1e-120 * sample(EXAMPLES["sphere"], 20), "limit is 1e-100"),
     ],
 )
 def test_what_cannot_be_a_cloud_is_an_error(points: object, message: str) -> None:
