@@ -13,6 +13,7 @@ SOURCE = ROOT / "tests" / "clients" / "typescript"
 # node_modules stay here from one run to the next.
 BUILD = ROOT / "build" / "typescript-client"
 EXAMPLE = ROOT / "app" / "examples" / "cylinder.csv"
+IN_DOCS = re.compile(r"^```ts\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 OFFLINE = re.compile(r"E(NOTFOUND|CONNREFUSED|CONNRESET|AI_AGAIN|TIMEDOUT|HOSTUNREACH|NETUNREACH)|ERR_SOCKET")
 
 pytestmark = [
@@ -33,13 +34,15 @@ def _succeed(*command: str) -> str:
 
 @pytest.fixture(scope="module")
 def packages() -> None:
-    """The client's sources and the packages that its lock file names, in a folder of their own."""
+    """The client's sources, what docs/clients.md adds, and the packages of its lock file, in a folder."""
     BUILD.mkdir(parents=True, exist_ok=True)
     installed = BUILD / "installed.json"
     lock = (SOURCE / "package-lock.json").read_text()
     for path in SOURCE.iterdir():
         if path.is_file():
             shutil.copy(path, BUILD)
+    blocks = IN_DOCS.findall((ROOT / "docs" / "clients.md").read_text())
+    (BUILD / "fit.ts").write_text("".join(blocks))
     if installed.exists() and installed.read_text() == lock:
         return
     done = _run("npm", "ci")
@@ -54,6 +57,8 @@ def test_it_type_checks_and_drives_every_operation(packages: None, service: Any)
     _succeed("npm", "run", "generate", "--", f"{url}/openapi.json")
     _succeed("npm", "run", "build")
     assert "operations driven" in _succeed("npm", "run", "drive", "--", url, str(EXAMPLE))
+    shown = _succeed("env", f"PRIMFIT_URL={url}", "node", "built/fit.js", str(EXAMPLE))
+    assert shown.startswith("fitted 12.5")
 
 
 def test_the_lock_file_names_no_registry() -> None:
