@@ -106,9 +106,7 @@ def _request() -> Any:
 
 # One call an operation, by the name of its module: what it answers is typed, and looked at.
 CALLS: dict[str, Callable[[Any], Any]] = {
-    "fitting.fit": lambda call: (
-        call(body=_part("models").FitRequest(points=SMALL["points"])).status == "fitted"
-    ),
+    "fitting.fit": lambda call: call(body=_request()).status == "fitted",
     "service.livez": lambda call: call().status == "alive",
     "service.readyz": lambda call: call().workers == 2,
     "service.version": lambda call: call(x_request_id="python-1").primfit == version("primfit"),
