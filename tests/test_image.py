@@ -30,8 +30,8 @@ mount -o remount,bind,ro "$root"
 mount -t proc proc "$root/proc"
 mount --rbind /dev "$root/dev"
 mount -t tmpfs -o mode=1777 tmpfs "$root/tmp"
-exec env -i "$(command -v chroot)" "$root" setpriv --reuid "${user%:*}" --regid "${user#*:}" --clear-groups --no-new-privs \\
-    --inh-caps=-all --bounding-set=-all env --chdir "$directory" "$@"
+exec env -i "$(command -v chroot)" "$root" setpriv --reuid "${user%:*}" --regid "${user#*:}" --clear-groups \\
+    --no-new-privs --inh-caps=-all --bounding-set=-all env --chdir "$directory" "$@"
 """
 
 pytestmark = [
