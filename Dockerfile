@@ -1,36 +1,42 @@
 # primfit as a service: docker build --tag primfit . && docker run --rm --publish 8000:8000 primfit
-# Any base with python3 (3.11 or newer, with venv) and apt-get will do; both stages must have the same one.
+# With every extra that a user may want: docker build --target full --tag primfit:full .
+# Any base with python3 (3.11 or newer, with venv) and apt-get will do; all stages must have the same one.
 ARG BASE_IMAGE=python:3.11-slim
 
 FROM ${BASE_IMAGE} AS build
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore
 WORKDIR /src
 # A compiler for the inner loops of the search and, where the base brings none, the headers of its Python.
+# hadolint ignore=DL3008
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends gcc libc6-dev \
     && if ! test -e "$(python3 -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h"; then \
            apt-get install --yes --no-install-recommends python3-dev; \
        fi \
     && rm -rf /var/lib/apt/lists/*
-RUN python3 -m venv /opt/primfit
-# What it needs, in a layer of its own: only a change of pyproject.toml builds it again.
+# What is in the image has no pip of its own: one beside it installs.
+RUN python3 -m venv /opt/pip && python3 -m venv --without-pip /opt/primfit
+# What it needs, in a layer of its own: only a change of pyproject.toml builds it again. The tests that packages bring
+# are left out, but for those of numpy._core, which numpy.testing imports.
 COPY pyproject.toml ./
 RUN python3 -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" \
         > requirements.txt \
-    && /opt/primfit/bin/pip install --requirement requirements.txt \
-    && rm -rf /opt/primfit/lib/python3*/site-packages/scipy/*/tests \
-              /opt/primfit/lib/python3*/site-packages/scipy/*/*/tests \
-              /opt/primfit/lib/python3*/site-packages/sklearn/tests \
-              /opt/primfit/lib/python3*/site-packages/sklearn/*/tests
+    && /opt/pip/bin/pip --python /opt/primfit/bin/python install --requirement requirements.txt \
+    && find /opt/primfit -type d -name tests ! -path '*/numpy/_core/*' -prune -exec rm -rf {} +
 COPY . ./
-RUN /opt/primfit/bin/pip install --no-deps . \
-    && /opt/primfit/bin/pip uninstall --yes pip setuptools
+RUN /opt/pip/bin/pip --python /opt/primfit/bin/python install --no-deps .
 
-FROM ${BASE_IMAGE}
+# The extras, but neither the tools of development nor torch, which the service never imports.
+FROM build AS build-full
+RUN python3 -c "import tomllib; extras = tomllib.load(open('pyproject.toml', 'rb'))['project']['optional-dependencies']; print(*(line for name, lines in extras.items() if name not in ('dev', 'train') for line in lines), sep='\n')" \
+        > extras.txt \
+    && /opt/pip/bin/pip --python /opt/primfit/bin/python install --requirement extras.txt \
+    && find /opt/primfit -type d -name tests ! -path '*/numpy/_core/*' -prune -exec rm -rf {} +
+
+FROM ${BASE_IMAGE} AS runtime
 LABEL org.opencontainers.image.title="primfit" \
       org.opencontainers.image.description="Which geometric primitive is this 3D point cloud, and with which parameters?" \
       org.opencontainers.image.licenses="Apache-2.0"
-COPY --from=build /opt/primfit /opt/primfit
 # One thread a process: the worker processes share the cores among them.
 ENV PATH=/opt/primfit/bin:$PATH \
     PYTHONUNBUFFERED=1 \
@@ -42,7 +48,18 @@ ENV PATH=/opt/primfit/bin:$PATH \
 USER 10001:10001
 WORKDIR /tmp
 EXPOSE 8000
+# The service stops listening, finishes what is under way, and ends with status 0.
+STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=30s --timeout=5s --start-period=30s --retries=3 \
     CMD ["python3", "-c", "import os, urllib.request; urllib.request.urlopen('http://127.0.0.1:' + os.environ['PRIMFIT_PORT'] + '/readyz', timeout=4)"]
 ENTRYPOINT ["primfit"]
 CMD ["serve"]
+
+FROM runtime AS full
+# matplotlib keeps its list of fonts here.
+ENV MPLCONFIGDIR=/tmp/matplotlib
+COPY --from=build-full /opt/primfit /opt/primfit
+
+# The last stage is what is built without --target.
+FROM runtime
+COPY --from=build /opt/primfit /opt/primfit

@@ -1,10 +1,11 @@
 # make run    start the service and show an answer       make test        the fast test suite, without torch
 # make setup  install what serving needs                 make test-torch  the tests that need torch
 # make test-slow  the fits against brute-force optima, some minutes
+# make test-schema  the service against its OpenAPI document with made-up requests, some minutes
 # make image  build the container image                  make lint        ruff, mypy, import rules
 # make weights  train both classifiers again             make clean       remove what these verbs made
 # make training-figures  after make weights: docs/training-figures.md
-# make example  refresh the answer that the API shows
+# make example  refresh the answer that the API shows   make openapi     refresh docs/openapi.json
 # make bench  measure primfit on small sets, a few minutes; the report: build/bench/report/benchmark.md
 # make bench-peers  install what the benchmark compares with    make bench-full  measure all of them, a few hours
 
@@ -32,7 +33,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-torch lint weights training-figures example bench bench-peers bench-full image clean
+.PHONY: run setup test test-slow test-schema test-torch lint weights training-figures example openapi bench bench-peers bench-full image clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -41,10 +42,13 @@ run: setup
 setup: $(VENV)/.serving
 
 test: $(VENV)/.dev
-	$(VENV)/bin/python -m pytest -m "not slow and not docker"
+	$(VENV)/bin/python -m pytest -m "not slow and not docker and not schema"
 
 test-slow: $(VENV)/.dev
 	$(VENV)/bin/python -m pytest -m slow
+
+test-schema: $(VENV)/.dev
+	$(VENV)/bin/python -m pytest -m schema --capture no
 
 test-torch: $(VENV_TORCH)/.torch
 	$(VENV_TORCH)/bin/python -m pytest -m torch
@@ -71,6 +75,10 @@ training-figures: $(VENV_TORCH)/.torch
 # The OpenAPI document shows a real answer; it names the weights and follows every change of the numbers.
 example: $(VENV)/.serving
 	$(VENV)/bin/primfit fit --json app/examples/request.json > app/examples/answer.json
+
+# The contract, as a file: clients are generated from it, and a change of it is seen in a diff.
+openapi: $(VENV)/.serving
+	$(VENV)/bin/primfit openapi > docs/openapi.json
 
 # Both go on where they were cut off; `primfit bench --help` has more.
 bench: $(VENV)/.bench

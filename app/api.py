@@ -77,7 +77,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         app.state.pool.stop()
 
 
-@router.post("/fit", operation_id="fit", response_model=FitAnswer, **openapi.FIT)
+@router.post("/fit", operation_id="fit", summary="Fit a cloud", response_model=FitAnswer, **openapi.FIT)
 async def fit(request: Request) -> Response:
     """Say which primitive a cloud is, with its parameters, its error, and every kind that was tried."""
     media_type, coding = _media_type(request), _coding(request)
@@ -97,7 +97,13 @@ async def fit(request: Request) -> Response:
     return Response(reply.content, reply.status, headers, reply.media_type)
 
 
-@router.post("/fit/batch", operation_id="fit_batch", response_class=Lines, **openapi.FIT_BATCH)
+@router.post(
+    "/fit/batch",
+    operation_id="fit_batch",
+    summary="Fit many clouds",
+    response_class=Lines,
+    **openapi.FIT_BATCH,
+)
 async def fit_batch(request: Request) -> Response:
     """Fit many clouds, and the segments of clouds whose points have labels; the answers come line by line."""
     media_type, coding = _media_type(request), _coding(request)
@@ -122,13 +128,13 @@ async def fit_batch(request: Request) -> Response:
     return Lines(batch.lines(), kept, settings.send_timeout)
 
 
-@router.get("/livez", operation_id="livez", response_model=Live, **openapi.GET)
+@router.get("/livez", operation_id="livez", summary="Is it alive?", response_model=Live, **openapi.GET)
 async def livez() -> Live:
     """The process answers."""
     return Live(status="alive")
 
 
-@router.get("/readyz", operation_id="readyz", response_model=Ready, **openapi.READYZ)
+@router.get("/readyz", operation_id="readyz", summary="Is it ready?", response_model=Ready, **openapi.READYZ)
 async def readyz(request: Request) -> Ready:
     """Workers are warm and the weights are loaded: clouds can be sent."""
     if request.app.state.stopping:
@@ -139,19 +145,31 @@ async def readyz(request: Request) -> Ready:
     return Ready(status="ready", workers=n_warm)
 
 
-@router.get("/version", operation_id="version", response_model=Versions, **openapi.GET)
+@router.get("/version", operation_id="version", summary="What is it?", response_model=Versions, **openapi.GET)
 async def version(request: Request) -> Versions:
     """Versions that decide the numbers; `weights` is null until the workers are warm."""
     return _versions(request)
 
 
-@router.get("/capabilities", operation_id="capabilities", response_model=Capabilities, **openapi.GET)
+@router.get(
+    "/capabilities",
+    operation_id="capabilities",
+    summary="What can it do?",
+    response_model=Capabilities,
+    **openapi.GET,
+)
 def what_it_can_do(request: Request) -> Capabilities:
     """Kinds, classifiers, criteria, formats, options and limits of this service."""
     return capabilities(request.app.state.settings, _versions(request))
 
 
-@router.get("/metrics", operation_id="metrics", response_class=PlainTextResponse, **openapi.METRICS)
+@router.get(
+    "/metrics",
+    operation_id="metrics",
+    summary="How is it used?",
+    response_class=PlainTextResponse,
+    **openapi.METRICS,
+)
 async def read_metrics(request: Request) -> Response:
     """Counters and histograms in the text format of Prometheus."""
     return Response(request.app.state.metrics.text(), media_type=metrics.MEDIA_TYPE)

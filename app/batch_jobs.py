@@ -129,6 +129,8 @@ class OpenJob:
         parts = [Part("file", None, 0, len(body))]
         if self.media_type == "multipart/form-data":
             parts = find_parts(body, self.content_type, PARTS, self.most_files)
+        elif not body:
+            raise UnreadableFileError("body", "the body is empty", "empty")
         files = [part for part in parts if part.name == "file"]
         if not files:
             raise UnreadableFileError("file", "part file is missing", "missing")

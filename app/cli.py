@@ -281,6 +281,15 @@ def settings(
 
 
 @app.command()
+def openapi() -> None:
+    """Print the OpenAPI document of the service, from which clients are generated."""
+    from app.api import create_app
+    from app.openapi import as_text
+
+    sys.stdout.buffer.write(as_text(create_app()))
+
+
+@app.command()
 def synth(
     recipe: Annotated[
         Literal["benchmark", "scanner", "scanner-hard", "scanner-large", "foreign"],

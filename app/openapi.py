@@ -43,6 +43,32 @@ NDJSON = "application/x-ndjson"
 MEDIA_TYPES = ("application/json", "multipart/form-data", *RAW_TYPES)
 WHAT_IS_READ = f"send one of {', '.join(MEDIA_TYPES)}"
 
+TAGS = (
+    {"name": "fitting", "description": "Clouds in, primitives out."},
+    {"name": "service", "description": "How the service is, and what it is."},
+)
+_REQUEST_ID = {"type": "string", "pattern": "^[A-Za-z0-9._-]{1,64}$"}
+# What every operation takes and every answer carries, see `app.request_id`.
+_PARAMETERS: dict[str, Any] = {
+    "RequestId": {
+        "name": "X-Request-Id",
+        "in": "header",
+        "required": False,
+        "description": "an id of your own for this request, up to 64 of A-Z a-z 0-9 . _ -; "
+        "in place of any other the service makes one up",
+        "schema": {"type": "string"},
+        "example": "3f0c1f9e",
+    }
+}
+_HEADERS: dict[str, Any] = {
+    "RequestId": {
+        "description": "id of the request, in the log and in the `instance` of a problem",
+        "schema": _REQUEST_ID,
+    },
+    "RetryAfter": {"description": "seconds to wait before the next try", "schema": {"type": "integer"}},
+    "ServerTiming": {"description": "milliseconds of each step", "schema": {"type": "string"}},
+}
+
 _EXAMPLES = Path(__file__).with_name("examples")
 _REF = "#/components/schemas/{model}"
 _EXAMPLE_ERRORS: dict[str, Exception] = {
@@ -134,7 +160,13 @@ def _csv() -> str:
 
 def _body(upload: str, uploaded: dict[str, Any]) -> dict[str, Any]:
     """A request body in all its media types; `upload` is the model of the one in parts, with an example."""
-    csv = _csv()
+    points, csv = _json("request.json")["points"], _csv()
+    ply = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n" + "".join(
+        f"property double {name}\n" for name in "xyz"
+    )
+    ply += "end_header\n" + "".join(f"{x} {y} {z}\n" for x, y, z in points)
+    as_text = dict.fromkeys(("application/octet-stream", "text/csv", "text/plain"), csv)
+    as_text |= {"text/tab-separated-values": csv.replace(",", "\t"), "model/ply": ply, "application/ply": ply}
     content: dict[str, Any] = {
         "application/json": {
             "schema": {"$ref": _REF.format(model="FitRequest")},
@@ -151,8 +183,8 @@ def _body(upload: str, uploaded: dict[str, Any]) -> dict[str, Any]:
     }
     for media_type in RAW_TYPES:
         content[media_type] = {"schema": {"type": "string", "format": "binary"}}
-    for media_type in ("text/csv", "text/plain"):
-        content[media_type]["examples"] = {"cylinder": {"value": csv}}
+    for media_type, text in as_text.items():
+        content[media_type]["examples"] = {"cylinder": {"value": text}}
     description = (
         "The cloud. A body may be packed (`Content-Encoding: gzip` or `zstd`), and so may a file; "
         "files are recognised by what they hold, whatever their media type"
@@ -188,10 +220,12 @@ _IF_NONE_MATCH: dict[str, Any] = {
     "schema": {"type": "string"},
 }
 GET: dict[str, Any] = {
+    "tags": ["service"],
     "response_description": "It answers",
     "responses": {"500": _problem(internal=Exception())},
 }
 READYZ: dict[str, Any] = {
+    "tags": ["service"],
     "response_description": "It is ready",
     "responses": {
         "503": _problem(not_ready=_UNAVAILABLE["not_ready"]),
@@ -199,6 +233,7 @@ READYZ: dict[str, Any] = {
     },
 }
 METRICS: dict[str, Any] = {
+    "tags": ["service"],
     "response_description": "The metrics",
     "responses": {
         "200": {"content": {"text/plain": {"examples": {"some": {"value": _text("metrics.txt")}}}}},
@@ -206,9 +241,15 @@ METRICS: dict[str, Any] = {
     },
 }
 FIT: dict[str, Any] = {
+    "tags": ["fitting"],
     "response_description": "What was found",
     "responses": {
-        "200": {"headers": {"ETag": _header("equal requests have equal tags", '"3f0c1f9e"')}},
+        "200": {
+            "headers": {
+                "ETag": _header("equal requests have equal tags", '"3f0c1f9e"'),
+                "Server-Timing": {"$ref": "#/components/headers/ServerTiming"},
+            }
+        },
         **{status: _problem(example=error) for status, error in _EXAMPLE_ERRORS.items()},
         "415": _problem(**_UNSUPPORTED),
         "422": _problem(**_INVALID),
@@ -239,13 +280,14 @@ def _lines() -> dict[str, Any]:
 _BATCH_LINES = (BatchAnswer, BatchProblem, BatchSummary)
 _LABELS = BatchUpload.model_fields["labels"].description
 FIT_BATCH: dict[str, Any] = {
+    "tags": ["fitting"],
     "status_code": 200,
     "responses": {
+        **FIT["responses"],
         "200": {
             "description": "A JSON object a line: for each item, in the order of the input, what was found "
             "or the problem with it; then the summary",
         },
-        **FIT["responses"],
     },
     "openapi_extra": {
         "requestBody": _body(
@@ -272,8 +314,12 @@ def _at_the_door(path: str) -> dict[str, Any]:
     refusals = {} if path in OPEN else {"401": _problem(example=_UNAUTHORIZED)}
     if path not in UNLIMITED:
         refusals["429"] = _problem(example=_LIMITED)
-        refusals["429"]["headers"] = {"Retry-After": _header("seconds until the next one", "7")}
     return refusals
+
+
+def as_text(app: FastAPI) -> bytes:
+    """The document as a file to read and to compare: indented, schemas by name."""
+    return orjson.dumps(document(app), option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE)
 
 
 def _make(app: FastAPI) -> dict[str, Any]:
@@ -281,18 +327,32 @@ def _make(app: FastAPI) -> dict[str, Any]:
     models = (FitRequest, FitUpload, BatchUpload, *_BATCH_LINES, Problem)
     modes = [(model, "validation") for model in models]
     _, definitions = models_json_schema(modes, ref_template=_REF)  # type: ignore[arg-type]
-    made["components"]["schemas"] |= definitions["$defs"]
     lines = [{"$ref": _REF.format(model=model.__name__)} for model in _BATCH_LINES]
-    made["components"]["schemas"]["BatchLine"] = {"title": "BatchLine", "oneOf": lines}
-    made["paths"]["/fit/batch"]["post"]["responses"]["200"]["content"] = {NDJSON: _lines()}
+    definitions["$defs"]["BatchLine"] = {"title": "BatchLine", "oneOf": lines}
+    schemas = made["components"]["schemas"] | definitions["$defs"]
+    made["components"]["schemas"] = dict(sorted(schemas.items()))
     made["components"]["securitySchemes"] = SECURITY_SCHEMES
     made["security"] = [{}, *({name: []} for name in SECURITY_SCHEMES)]
-    for path, operations in made["paths"].items():
-        for operation in operations.values():
-            operation["responses"] |= _at_the_door(path)
+    made["paths"]["/fit/batch"]["post"]["responses"]["200"]["content"] = {NDJSON: _lines()}
     # Set here, because FastAPI would drop the nulls of an example.
     answers = made["paths"]["/fit"]["post"]["responses"]["200"]["content"]["application/json"]
     answers["examples"] = {"cylinder": {"value": _json("answer.json")}}
     answers = made["paths"]["/capabilities"]["get"]["responses"]["200"]["content"]["application/json"]
     answers["examples"] = {"defaults": {"value": _capabilities()}}
-    return made
+    for path, operations in made["paths"].items():
+        for operation in operations.values():
+            operation["responses"] |= _at_the_door(path)
+    _add_headers(made)
+    return made | {"tags": list(TAGS)}
+
+
+def _add_headers(made: dict[str, Any]) -> None:
+    """What every operation takes and every answer carries."""
+    made["components"] |= {"parameters": _PARAMETERS, "headers": _HEADERS}
+    for operation in (operation for path in made["paths"].values() for operation in path.values()):
+        operation.setdefault("parameters", []).append({"$ref": "#/components/parameters/RequestId"})
+        for status, response in operation["responses"].items():
+            headers = response.setdefault("headers", {})
+            headers["X-Request-Id"] = {"$ref": "#/components/headers/RequestId"}
+            if status in ("429", "503"):
+                headers["Retry-After"] = {"$ref": "#/components/headers/RetryAfter"}

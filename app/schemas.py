@@ -176,7 +176,7 @@ class EncodedArray(BaseModel):
 class FitRequest(BaseModel):
     """A cloud in JSON; arrays in base64 do not count towards the limit of points in JSON."""
 
-    points: list[Vector] | EncodedArray = Field(
+    points: Annotated[list[Vector], Field(min_length=3)] | EncodedArray = Field(
         description="points [x, y, z], finite numbers in any unit of length"
     )
     normals: list[Vector] | EncodedArray | None = Field(
@@ -186,11 +186,11 @@ class FitRequest(BaseModel):
         None,
         description="one a point, integers or strings: its segment; a fit does not use them",
     )
-    weights: list[float] | EncodedArray | None = Field(
+    weights: list[Annotated[float, Field(ge=0)]] | EncodedArray | None = Field(
         None,
         description="one a point, not negative: how much it counts in the last refinement; 0 leaves it out",
     )
-    standard_deviations: list[float] | EncodedArray | None = Field(
+    standard_deviations: list[Annotated[float, Field(gt=0)]] | EncodedArray | None = Field(
         None, description="of the noise of each point, in the unit of the points; in place of weights"
     )
     options: FitOptions | None = None

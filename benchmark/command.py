@@ -14,7 +14,10 @@ from benchmark.methods import METHODS, PEERS
 from benchmark.options import make_parser
 from benchmark.records import Record, RecordsFile
 from benchmark.report import MissingMatplotlibError, NoRecordsError, write
+from benchmark.report.added import draw_added
+from benchmark.report.pictures import require_matplotlib
 from benchmark.runner import Child, MethodError, Work, begin, interpreter, introduce, run
+from benchmark.service import ServiceError, busy, measure, table
 from benchmark.summary import summary, wrong_line
 from benchmark.track import TRACK, TrackError, TrackFolder
 
@@ -24,14 +27,14 @@ BAD_INPUT, INTERRUPTED = 2, 130
 
 def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
     """The command with these arguments; returns its exit status."""
-    parser = make_parser(program, run_action, report_action)
+    parser = make_parser(program, run_action, report_action, service_action)
     options = parser.parse_args(arguments)
     if not hasattr(options, "action"):
         parser.print_help()
         return BAD_INPUT
     try:
         return int(options.action(options))
-    except (MethodError, TrackError, NoRecordsError, MissingMatplotlibError, OSError) as error:
+    except (MethodError, ServiceError, TrackError, NoRecordsError, MissingMatplotlibError, OSError) as error:
         print(f"{program}: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
@@ -42,6 +45,18 @@ def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench"
 def report_action(options: argparse.Namespace) -> int:
     path = write(RecordsFile(options.records), options.out)
     print(f"written: {path}, benchmark-details.md and images/ beside it")
+    return 0
+
+
+def service_action(options: argparse.Namespace) -> int:
+    if options.picture:
+        require_matplotlib()
+    options.out.mkdir(parents=True, exist_ok=True)
+    warning = busy()
+    rows = list(measure(options.turns, options.seed, options.out / "service.log"))
+    print(table(rows), warning, sep="\n")
+    if options.picture:
+        draw_added(rows, options.picture)
     return 0
 
 

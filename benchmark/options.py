@@ -18,8 +18,10 @@ LONGEST = 86400.0
 """Seconds that an answer may be waited for at most."""
 
 
-def make_parser(program: str, run: Callable[..., int], report: Callable[..., int]) -> argparse.ArgumentParser:
-    """A parser whose result holds `action`, one of the two functions, which takes the result."""
+def make_parser(
+    program: str, run: Callable[..., int], report: Callable[..., int], service: Callable[..., int]
+) -> argparse.ArgumentParser:
+    """A parser whose result holds `action`, one of the functions, which takes the result."""
     parser = argparse.ArgumentParser(
         prog=program,
         description="Measure primfit and what others make on the same clouds, and write the report.",
@@ -29,13 +31,15 @@ def make_parser(program: str, run: Callable[..., int], report: Callable[..., int
   {program} run --shrec22 DIR         a folder in the layout of the SHREC 2022 track
   {program} run --full --peers        everything, a few hours; goes on where it was cut off
   {program} report                    tables and pictures from the records
+  {program} service                   what a request to the service takes more than the fit alone
 
 `{program} run --help` lists the sets and the methods. docs/benchmarking.md explains them.""",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    actions = parser.add_subparsers(title="actions", metavar="run | report")
+    actions = parser.add_subparsers(title="actions", metavar="run | report | service")
     _add_run(actions).set_defaults(action=run)
     _add_report(actions).set_defaults(action=report)
+    _add_service(actions).set_defaults(action=service)
     return parser
 
 
@@ -79,6 +83,20 @@ def _add_report(actions: Any) -> argparse.ArgumentParser:
     for name, default, what in (("records", FOLDER, "records"), ("out", FOLDER / "report", "report")):
         text = f"folder of the {what} (default: {default})"
         parser.add_argument(f"--{name}", type=Path, default=default, metavar="DIR", help=text)
+    return parser
+
+
+def _add_service(actions: Any) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(
+        "service",
+        help="measure what a request to the service takes more than the fit alone",
+        description="Start the service, and time requests and the fit alone in turns.",
+    )
+    add = parser.add_argument
+    add("--turns", type=_whole_from_1, default=20, metavar="N", help="through each cloud (default: 20)")
+    add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
+    add("--out", type=Path, default=FOLDER, metavar="DIR", help=f"folder of service.log (default: {FOLDER})")
+    add("--picture", type=Path, metavar="FILE", help="draw the figure of docs/benchmarking.md")
     return parser
 
 

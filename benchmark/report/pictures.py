@@ -68,7 +68,7 @@ def overview(data: Data) -> Any:
     sets = [name for name in ("shrec", "scanner") if name in data.sets]
     if not sets:
         return None
-    figure = _figure(5.2 * len(sets), 4.4)
+    figure = make_figure(5.2 * len(sets), 4.4)
     for place, set_ in enumerate(sets):
         axes = figure.add_subplot(1, len(sets), place + 1, sharex=figure.axes[0] if place else None)
         axes.set_xscale("log")
@@ -80,7 +80,7 @@ def overview(data: Data) -> Any:
         axes.set_ylim(-4, 108)
         axes.set_title(described(set_).title, fontsize=10.5, loc="left")
         axes.margins(x=0.18)
-        _clean(axes)
+        clean(axes)
         if place == 0:
             axes.set_ylabel("kind right and surface within 1 % [% of the clouds]")
     if not all(map(data.decides, data.methods)):
@@ -158,7 +158,7 @@ def errors(data: Data) -> Any:
     panels = [(name, error) for name, error in (("shrec", "l2"), ("scanner", "surface")) if name in data.sets]
     if not panels:
         return None
-    figure = _figure(4.6 * len(panels) + 2.2, 4.4)
+    figure = make_figure(4.6 * len(panels) + 2.2, 4.4)
     for place, (set_, error) in enumerate(panels):
         axes = figure.add_subplot(1, len(panels), place + 1)
         for method in _with_records(data, set_):
@@ -178,7 +178,7 @@ def errors(data: Data) -> Any:
         axes.set_ylim(0, 101)
         axes.set_xlabel("L2 [unit of the clouds]" if error == "l2" else "surface error [share of the extent]")
         axes.set_title(described(set_).title, fontsize=10.5, loc="left")
-        _clean(axes)
+        clean(axes)
         if place == 0:
             axes.set_ylabel("clouds with a smaller error [%]")
     _legend(figure)
@@ -209,7 +209,7 @@ def confusions(data: Data) -> Any:
         return None
     columns = len({set_ for set_, _ in pairs})
     rows = -(-len(pairs) // columns)
-    figure = _figure(4.9 * columns, 3.5 * rows)
+    figure = make_figure(4.9 * columns, 3.5 * rows)
     for place, (set_, method) in enumerate(pairs):
         counts = confusion(data.of_set(set_, method))
         shares = 100 * counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
@@ -234,7 +234,7 @@ def perturbations(data: Data) -> Any:
     if not sets:
         return None
     counts = [len(_with_records(data, set_)) for set_ in sets]
-    figure = _figure(8.4, 0.36 * sum(counts) + len(sets) + 0.3)
+    figure = make_figure(8.4, 0.36 * sum(counts) + len(sets) + 0.3)
     grid = figure.add_gridspec(len(sets), 1, height_ratios=[0.36 * number + 0.3 for number in counts])
     for place, set_ in enumerate(sets):
         methods = _with_records(data, set_)
@@ -309,7 +309,7 @@ def _share_of(set_: str, records: Sequence[Record]) -> float:
 def _lines(data: Data, sets: Sequence[str], measure: Callable[[str, list[Record]], float]) -> Any:
     columns = min(2, len(sets))
     rows = -(-len(sets) // columns)
-    figure = _figure((5.0 if columns > 1 else 7.0) * columns, 3.5 * rows if columns > 1 else 4.2)
+    figure = make_figure((5.0 if columns > 1 else 7.0) * columns, 3.5 * rows if columns > 1 else 4.2)
     for place, set_ in enumerate(sets):
         axes = figure.add_subplot(rows, columns, place + 1)
         group = LEVELS[set_]
@@ -333,7 +333,7 @@ def _lines(data: Data, sets: Sequence[str], measure: Callable[[str, list[Record]
         axes.set_xlabel(group)
         axes.set_title(described(set_).title, fontsize=10.5, loc="left")
         axes.tick_params(labelsize=8.5)
-        _clean(axes)
+        clean(axes)
     _legend(figure)
     return figure
 
@@ -369,7 +369,7 @@ def _line(data: Data, method: str) -> dict[str, Any]:
     }
 
 
-def _figure(width: float, height: float) -> Any:
+def make_figure(width: float, height: float) -> Any:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -378,7 +378,7 @@ def _figure(width: float, height: float) -> Any:
     return figure
 
 
-def _clean(axes: Any) -> None:
+def clean(axes: Any) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(color=FAINT, linewidth=0.6)
     axes.set_axisbelow(True)

@@ -6,7 +6,9 @@ import io
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,6 +21,12 @@ from tests.app.serving import ALICE
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
+DOCUMENT = json.loads((Path(__file__).parents[2] / "docs" / "openapi.json").read_bytes())
+OPERATIONS = [
+    f"{operation['tags'][0]}.{operation['operationId']}"
+    for path in DOCUMENT["paths"].values()
+    for operation in path.values()
+]
 NAME = "generated_primfit_client"
 
 
@@ -51,7 +59,7 @@ def _part(name: str) -> ModuleType:
 
 
 def test_json_is_posted_and_the_answer_typed(client: Any) -> None:
-    models, operation = _part("models"), _part("api.default.fit")
+    models, operation = _part("models"), _part("api.fitting.fit")
     options = models.FitOptions(kinds=[models.KindName.CYLINDER, models.KindName.CONE], seed=3)
     request = models.FitRequest(points=SMALL["points"], options=options)
     answer = operation.sync(client=client, body=request)
@@ -64,7 +72,7 @@ def test_json_is_posted_and_the_answer_typed(client: Any) -> None:
 
 
 def test_a_base64_array_is_posted(client: Any) -> None:
-    models, operation = _part("models"), _part("api.default.fit")
+    models, operation = _part("models"), _part("api.fitting.fit")
     points = np.array(SMALL["points"], "<f8")
     array = models.EncodedArray(
         dtype=models.EncodedArrayDtype.FLOAT64,
@@ -79,7 +87,7 @@ def test_a_base64_array_is_posted(client: Any) -> None:
 
 @pytest.mark.parametrize("with_options", [False, True])
 def test_a_file_is_uploaded(client: Any, cylinder: np.ndarray, with_options: bool) -> None:
-    models, operation, types = _part("models"), _part("api.default.fit"), _part("types")
+    models, operation, types = _part("models"), _part("api.fitting.fit"), _part("types")
     csv = (EXAMPLES / "cylinder.csv").read_bytes()
     upload = models.FitUpload(file=types.File(io.BytesIO(csv), "cylinder.csv", "text/csv"))
     if with_options:
@@ -91,7 +99,7 @@ def test_a_file_is_uploaded(client: Any, cylinder: np.ndarray, with_options: boo
 
 
 def test_a_raw_body_is_posted_with_options_in_the_query(client: Any) -> None:
-    models, operation, types = _part("models"), _part("api.default.fit"), _part("types")
+    models, operation, types = _part("models"), _part("api.fitting.fit"), _part("types")
     csv = (EXAMPLES / "cylinder.csv").read_bytes()
     answer = operation.sync(
         client=client, body=types.File(io.BytesIO(csv)), kinds=[models.KindName.SPHERE], max_error=0.5
@@ -101,7 +109,7 @@ def test_a_raw_body_is_posted_with_options_in_the_query(client: Any) -> None:
 
 
 def test_a_batch_of_files_is_uploaded_and_its_lines_read(client: Any, cylinder: np.ndarray) -> None:
-    models, operation, types = _part("models"), _part("api.default.fit_batch"), _part("types")
+    models, operation, types = _part("models"), _part("api.fitting.fit_batch"), _part("types")
     files = [
         types.File(io.BytesIO((EXAMPLES / name).read_bytes()), name, "text/csv")
         for name in ("cylinder.csv", "segments.csv")
@@ -127,7 +135,7 @@ def test_a_batch_of_files_is_uploaded_and_its_lines_read(client: Any, cylinder: 
 
 
 def test_a_batch_that_is_refused_is_a_problem(client: Any) -> None:
-    models, operation = _part("models"), _part("api.default.fit_batch")
+    models, operation = _part("models"), _part("api.fitting.fit_batch")
     request = models.FitRequest(points=SMALL["points"])
     refused = operation.sync(client=client, body=request, max_error=2.0)
     assert isinstance(refused, models.Problem)
@@ -135,24 +143,15 @@ def test_a_batch_that_is_refused_is_a_problem(client: Any) -> None:
 
 
 def test_problems_are_typed(client: Any) -> None:
-    models, operation = _part("models"), _part("api.default.fit")
+    models, operation = _part("models"), _part("api.fitting.fit")
     problem = operation.sync(client=client, body=models.FitRequest(points=[[1.0, 2.0, 3.0]]))
     assert isinstance(problem, models.Problem)
     assert problem.status == 422
     assert problem.errors[0].field == "points"
 
 
-def test_the_other_operations_answer(client: Any) -> None:
-    assert _part("api.default.livez").sync(client=client).status == "alive"
-    assert _part("api.default.readyz").sync(client=client).workers == 2
-    assert _part("api.default.version").sync(client=client).primfit
-    told = _part("api.default.capabilities").sync(client=client)
-    assert told.limits.max_points == 5_000_000
-    assert "primfit_workers_warm 2.0" in _part("api.default.metrics").sync(client=client)
-
-
 def test_a_key_is_sent(generated: ModuleType, guarded_service: Any) -> None:
-    models, operation = _part("models"), _part("api.default.fit")
+    models, operation = _part("models"), _part("api.fitting.fit")
     url, body = f"http://127.0.0.1:{guarded_service.port}", models.FitRequest(points=SMALL["points"])
     with generated.AuthenticatedClient(base_url=url, token=ALICE, timeout=60) as client:
         assert operation.sync(client=client, body=body).primitive.kind == "cylinder"
@@ -161,7 +160,29 @@ def test_a_key_is_sent(generated: ModuleType, guarded_service: Any) -> None:
 
 
 def test_an_answer_that_is_there_is_not_made_again(client: Any) -> None:
-    models, operation = _part("models"), _part("api.default.fit")
+    models, operation = _part("models"), _part("api.fitting.fit")
     body = models.FitRequest(points=SMALL["points"])
     tag = operation.sync_detailed(client=client, body=body).headers["etag"]
     assert operation.sync(client=client, body=body, if_none_match=tag).status == 412
+
+
+def _request() -> Any:
+    return _part("models").FitRequest(points=SMALL["points"])
+
+
+# One call an operation, by the name of its module: what it answers is typed, and looked at.
+CALLS: dict[str, Callable[[Any], Any]] = {
+    "fitting.fit": lambda call: call(body=_request()).status == "fitted",
+    "fitting.fit_batch": lambda call: call(body=_request()) is None,
+    "service.capabilities": lambda call: call().limits.max_points == 5_000_000,
+    "service.metrics": lambda call: "primfit_workers_warm 2.0" in call(),
+    "service.livez": lambda call: call().status == "alive",
+    "service.readyz": lambda call: call().workers == 2,
+    "service.version": lambda call: call(x_request_id="python-1").primfit == version("primfit"),
+}
+
+
+@pytest.mark.parametrize("operation", OPERATIONS)
+def test_every_operation_of_the_document_is_driven(client: Any, operation: str) -> None:
+    assert operation in CALLS, f"{operation} is in the document and not driven: it needs a line in CALLS"
+    assert CALLS[operation](partial(_part(f"api.{operation}").sync, client=client))

@@ -1,0 +1,223 @@
+"""What the service adds to a fit: requests to a real `primfit serve` and the fit alone, in turns.
+
+The fit alone runs in a process of its own, as niced as the workers of the service and on the same processor.
+"""
+
+import http.client
+import io
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmark.cases import Case
+from benchmark.runner import Child
+from fitting.geometry import Array
+from fitting.primitives import KINDS
+from synthetic import ScannerRecipe, cloud
+from synthetic.recipes import Range
+
+METHOD = "primfit"
+SIZES = (100, 3000, 10_000)
+BAR = ("npy", 3000, 2.0)
+"""Format and points of the request that may take at most so many milliseconds more than the fit alone."""
+NICE = 5
+"""What workers of the service add to their niceness."""
+WARM_UP = 3
+PATIENCE = 60.0
+SCAN = ScannerRecipe(noise=Range(1e-3, 1e-3), noiseless=0.0, outliers=Range(0.0, 0.0), size=Range(1.0, 1.0))
+
+
+class ServiceError(RuntimeError):
+    """The service did not start, refused a request, or answered otherwise than the fit alone."""
+
+
+def npy(points: Array) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, points)
+    return stream.getvalue()
+
+
+def csv(points: Array) -> bytes:
+    return ("x,y,z\n" + "".join(f"{x!r},{y!r},{z!r}\n" for x, y, z in points.tolist())).encode()
+
+
+def as_json(points: Array) -> bytes:
+    return json.dumps({"points": points.tolist()}).encode()
+
+
+FORMATS: dict[str, tuple[str, Callable[[Array], bytes]]] = {
+    "npy": ("application/x-npy", npy),
+    "csv": ("text/csv", csv),
+    "json": ("application/json", as_json),
+}
+"""Media type and writer of each, all at the full precision of float64."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One format and size: milliseconds, (clouds, turns)."""
+
+    format: str
+    points: int
+    n_bytes: int
+    requests: Array
+    fits: Array
+
+    @property
+    def added(self) -> Array:
+        """What the request took more than the fit of the same cloud in the same turn."""
+        return np.asarray(self.requests - self.fits)
+
+    @property
+    def least(self) -> float:
+        """The fastest request less the fastest fit, a mean over the clouds: what others blur least."""
+        return float(np.mean(self.requests.min(axis=1) - self.fits.min(axis=1)))
+
+
+def measure(turns: int, seed: int, log: Path) -> Iterator[Row]:
+    """A row for each format and size, of so many turns through a cloud of each kind.
+
+    Raises
+    ------
+    ServiceError
+        The service did not start, or answers otherwise than the fit alone.
+    """
+    with (
+        Child(Path(sys.executable), log) as child,
+        serving(log) as port,
+        closing(_connection(port)) as connection,
+    ):
+        child.introduction(METHOD)
+        assert child.process is not None
+        os.setpriority(os.PRIO_PROCESS, child.process.pid, os.getpriority(os.PRIO_PROCESS, 0) + NICE)
+        for size in SIZES:
+            cases = [_case(seed, kind, size) for kind in KINDS]
+            for format in FORMATS:
+                yield _row(connection, child, format, cases, turns)
+
+
+def _case(seed: int, kind: str, size: int) -> Case:
+    """A scan of `size` points."""
+    drawn = cloud(replace(SCAN, seed=seed, kinds=(kind,), points=Range(size, size)), 0)
+    return Case(kind, np.ascontiguousarray(drawn.points[:size]), None, {})
+
+
+def _row(
+    connection: http.client.HTTPConnection, child: Child, format: str, cases: list[Case], turns: int
+) -> Row:
+    media_type, write = FORMATS[format]
+    bodies = [write(case.points) for case in cases]
+    requests, fits = np.zeros((2, len(cases), WARM_UP + turns))
+    for turn in range(WARM_UP + turns):
+        for place, (case, body) in enumerate(zip(cases, bodies, strict=True)):
+            outcome = child.fit(METHOD, case, None, PATIENCE)
+            started = time.perf_counter()
+            content = _post(connection, media_type, body)
+            requests[place, turn] = 1e3 * (time.perf_counter() - started)
+            fits[place, turn] = 1e3 * (outcome.seconds or 0.0)
+            answer = json.loads(content)
+            if (answer["status"], answer["primitive"]) != (outcome.status, outcome.primitive):
+                raise ServiceError(f"the service and the fit alone answer differently: {format}, {case.name}")
+    return Row(format, len(cases[0].points), len(bodies[0]), requests[:, WARM_UP:], fits[:, WARM_UP:])
+
+
+def _post(connection: http.client.HTTPConnection, media_type: str, body: bytes) -> bytes:
+    connection.request("POST", "/fit", body, {"Content-Type": media_type})
+    reply = connection.getresponse()
+    content = reply.read()
+    if reply.status != 200:
+        raise ServiceError(f"the service answered {reply.status}: {content.decode()[:200]}")
+    return content
+
+
+def _connection(port: int) -> http.client.HTTPConnection:
+    return http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+
+
+@contextmanager
+def serving(log: Path) -> Iterator[int]:
+    """A service with one worker on the processor where the fit alone runs, too; yields its port."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with log.open("ab") as output, _on_one_processor():
+        process = subprocess.Popen(
+            [sys.executable, "-m", "app.cli", "serve", "--port", str(port), "--workers", "1"],
+            stdout=output,
+            stderr=output,
+        )
+    try:
+        _wait(process, port, log)
+        yield port
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.wait(PATIENCE)
+
+
+@contextmanager
+def _on_one_processor() -> Iterator[None]:
+    """What is started within stays on the processor that `benchmark.child` takes."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    mine = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(mine)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, mine)
+
+
+def _wait(process: subprocess.Popen[bytes], port: int, log: Path) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while process.poll() is None and time.monotonic() < deadline:
+        try:
+            with closing(_connection(port)) as connection:
+                connection.request("GET", "/readyz")
+                if connection.getresponse().status == 200:
+                    return
+        except OSError:
+            pass
+        time.sleep(0.1)
+    raise ServiceError(f"the service did not become ready; see {log}")
+
+
+def table(rows: list[Row]) -> str:
+    """The rows as a table of Markdown, and whether the bar is met."""
+    lines = [
+        "| points | format | body | fit alone | request | added | 5 to 95 % of turns | least added |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        low, high = np.percentile(row.added, (5, 95))
+        cells = [f"{row.points:,}", row.format, f"{row.n_bytes / 1000:.1f} kB"]
+        cells += [f"{np.median(values):.2f} ms" for values in (row.fits, row.requests, row.added)]
+        lines.append(f"| {' | '.join(cells)} | {low:.2f} to {high:.2f} ms | {row.least:.2f} ms |")
+    format, points, limit = BAR
+    added = next(np.median(row.added) for row in rows if (row.format, row.points) == (format, points))
+    lines += [
+        "",
+        f"Bar: a request of {points:,} points as {format} takes at most {limit:g} ms more than the fit: "
+        f"{added:.2f} ms, {'met' if added <= limit else 'missed'}.",
+    ]
+    return "\n".join(lines)
+
+
+def busy() -> str:
+    """A warning where others use the machine; empty where none do."""
+    load, processors = os.getloadavg()[0], os.cpu_count() or 1
+    if load < 0.5 * processors:
+        return ""
+    return (
+        f"\nThe machine is busy (load {load:.1f}, {processors} processors): only the last column means much."
+    )

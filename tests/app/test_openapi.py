@@ -1,0 +1,92 @@
+"""The OpenAPI document: valid, complete, the one in `docs`, and with examples that are answered."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from openapi_spec_validator import OpenAPIV31SpecValidator
+
+from app.api import create_app
+from app.openapi import as_text
+from app.settings import Settings
+
+COMMITTED = Path(__file__).parents[2] / "docs" / "openapi.json"
+DOCUMENT = json.loads(COMMITTED.read_bytes())
+OPERATIONS = {
+    f"{method} {path}": operation
+    for path, methods in DOCUMENT["paths"].items()
+    for method, operation in methods.items()
+}
+# Other media types may hold bytes that JSON has no example of.
+AS_TEXT = ("application/json", "multipart/form-data", "text/")
+
+
+def _differences(one: Any, other: Any, where: str = "") -> Iterator[str]:
+    """JSON pointers of what differs."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for name in one.keys() | other.keys():
+            pointer = f"{where}/{name.replace('/', '~1')}"
+            if name in one and name in other:
+                yield from _differences(one[name], other[name], pointer)
+            else:
+                yield f"{pointer} ({'gone' if name in one else 'new'})"
+    elif one != other:
+        yield where
+
+
+def test_the_document_in_docs_is_that_of_the_service() -> None:
+    text = as_text(create_app(Settings()))
+    changed = ", ".join(sorted(_differences(DOCUMENT, json.loads(text)))[:10])
+    assert not changed, f"docs/openapi.json is out of date at {changed}; refresh it with: make openapi"
+    assert COMMITTED.read_bytes() == text, "docs/openapi.json is out of order; refresh it with: make openapi"
+
+
+def test_the_document_is_openapi_3_1() -> None:
+    assert DOCUMENT["openapi"].startswith("3.1.")
+    OpenAPIV31SpecValidator(DOCUMENT).validate()
+
+
+@pytest.mark.parametrize("operation", OPERATIONS.values(), ids=OPERATIONS)
+def test_an_operation_says_what_it_does_in_words_and_examples(operation: dict[str, Any]) -> None:
+    assert operation["summary"].casefold() != operation["operationId"].replace("_", " ").casefold()
+    assert operation["description"]
+    assert set(operation["tags"]) <= {tag["name"] for tag in DOCUMENT["tags"]}
+    assert len(operation["tags"]) == 1
+    for parameter in operation["parameters"]:
+        assert "$ref" in parameter or parameter["description"]
+    for media_type, media in operation.get("requestBody", {"content": {}})["content"].items():
+        assert media.get("examples") or not media_type.startswith(AS_TEXT), media_type
+    for status, response in operation["responses"].items():
+        assert response["description"]
+        if status >= "400":
+            assert response["content"]["application/problem+json"]["examples"], status
+
+
+def _request_examples() -> Iterator[Any]:
+    for name, operation in OPERATIONS.items():
+        for media_type, media in operation.get("requestBody", {"content": {}})["content"].items():
+            for title, example in media.get("examples", {}).items():
+                yield pytest.param(name, media_type, example["value"], id=f"{name} {media_type} {title}")
+
+
+@pytest.mark.parametrize(("name", "media_type", "value"), list(_request_examples()))
+def test_an_example_of_a_request_is_answered(service: Any, name: str, media_type: str, value: Any) -> None:
+    method, path = name.split()
+    if media_type == "multipart/form-data":
+        parts = [part for field, content in value.items() for part in _parts(field, content)]
+        response = service.client.request(method, path, files=parts)
+    else:
+        content = value if isinstance(value, str) else json.dumps(value)
+        response = service.client.request(method, path, content=content, headers={"Content-Type": media_type})
+    assert response.status_code == 200, response.text
+
+
+def _parts(field: str, content: Any) -> Iterator[tuple[str, tuple[str | None, bytes, str]]]:
+    """The parts of a form: each file of a list in a part of its own, what is no text as JSON."""
+    for item in content if isinstance(content, list) else [content]:
+        if isinstance(item, str):
+            yield field, ("cloud", item.encode(), "application/octet-stream")
+        else:
+            yield field, (None, json.dumps(item).encode(), "application/json")
