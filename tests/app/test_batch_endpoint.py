@@ -480,7 +480,7 @@ def test_the_document_shows_a_line_of_each_sort(service: Service) -> None:
     assert set(lines["examples"]) == {"answer", "problem", "summary"}
     for example in lines["examples"].values():
         _check(example["value"])
-    assert "labels" in {parameter["name"] for parameter in operation["parameters"]}
+    assert "labels" in {parameter.get("name") for parameter in operation["parameters"]}
     upload = operation["requestBody"]["content"]["multipart/form-data"]["examples"]["cylinder"]["value"]
     files = [("file", (f"{i}.csv", text.encode())) for i, text in enumerate(upload["file"])]
     options = ("options", (None, json.dumps(upload["options"]).encode()))
