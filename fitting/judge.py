@@ -57,14 +57,13 @@ this, or the product of its excess and its trend must be smaller than that.
 
 Correlated noise shows the one or the other, a wrong shape mostly both."""
 
-LARGE_EXCESS = 5.0
+LARGE_EXCESS = 6.5
 LITTLE_STRUCTURE = 0.08
-"""From this excess on the structure must be less: noise that smooth is rare."""
+LITTLE_CORRELATION = 0.15
+"""From this excess on the structure of noise that is correlated must be less: noise that smooth is rare."""
 
-HUGE_EXCESS = 7.0
 COARSE = 0.01
-"""Noise so many times as large as that of neighbours, beyond this share of the diagonal, and with more than
-that little structure, is a wrong shape, whatever its trend: noise is not that smooth."""
+"""Such noise beyond this share of the diagonal is a wrong shape whatever its trend."""
 
 LARGEST_SCATTER = 0.04
 """Noise beyond this share of the diagonal is a volume rather than a surface.
@@ -328,9 +327,10 @@ def _by_noise(evidence: Evidence, cloud: Cloud) -> Verdict:
     if evidence.noise_scale > most * cloud.diagonal:
         return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {most:.2e})")
     excess = evidence.noise_scale / max(cloud.local_noise, ROUNDING_NOISE * cloud.tolerance)
-    allowed = LITTLE_STRUCTURE if excess > LARGE_EXCESS else EXCESS_STRUCTURE
+    smooth = excess > LARGE_EXCESS and evidence.correlation > LITTLE_CORRELATION
+    allowed = LITTLE_STRUCTURE if smooth else EXCESS_STRUCTURE
     structured = excess > LARGEST_EXCESS and evidence.structure > allowed
-    coarse = excess > HUGE_EXCESS and evidence.noise_scale > COARSE * cloud.diagonal
+    coarse = smooth and evidence.noise_scale > COARSE * cloud.diagonal
     if structured and (coarse or excess * evidence.trend > EXCESS_TREND):
         return Verdict(
             Standing.SUSPECT,
