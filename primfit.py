@@ -11,6 +11,7 @@
 from importlib.metadata import version
 
 from app.engine import fit
+from app.exports import NothingToExportError, export
 from fitting.config import Config
 from fitting.constraints import Constraints
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
@@ -31,12 +32,14 @@ __all__ = [
     "InvalidOptionError",
     "InvalidPointCloudError",
     "NoiseSummary",
+    "NothingToExportError",
     "Plane",
     "Primitive",
     "Recognition",
     "Sphere",
     "Torus",
     "__version__",
+    "export",
     "fit",
     "parameters",
     "recognize",

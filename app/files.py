@@ -15,6 +15,7 @@ from app.answer import answer
 from app.engine import fit_cloud
 from app.readers import Cloud, UnreadableFileError, read
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
+from fitting.result import Recognition
 
 STDIN = "-"
 
@@ -33,11 +34,18 @@ def answer_file(name: str, options: Mapping[str, Any]) -> dict[str, Any] | Probl
 
     `options` are those of `engine.fit` that were given beside the file.
     """
+    found = fit_file(name, options)
+    return found if isinstance(found, Problem) else found[1]
+
+
+def fit_file(name: str, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any]] | Problem:
+    """What was recognised in a file and the body of `POST /fit` for it, or what is wrong with it."""
     try:
         data = sys.stdin.buffer.read() if name == STDIN else Path(name).read_bytes()
         cloud = read(data)
         used = _with_options_of(cloud, options)
-        return answer(fit_cloud(cloud, used), cloud, used)
+        recognition = fit_cloud(cloud, used)
+        return recognition, answer(recognition, cloud, used)
     except OSError as error:
         return Problem(name, error.strerror or str(error))
     except UnreadableFileError as error:

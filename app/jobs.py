@@ -11,11 +11,14 @@ import numpy as np
 
 from app.answer import answer, to_json, versions
 from app.engine import fit, fit_cloud
+from app.exports import bundle
+from app.exports.request import split_query
 from app.multipart import split_parts
 from app.options import check_options, parse_options
 from app.problems import MEDIA_TYPE, problem
 from app.readers import Cloud, Limits, UnreadableFileError, read, read_json
 
+ZIP = "application/zip"
 _log = logging.getLogger("primfit")
 
 
@@ -61,13 +64,17 @@ def run(job: FitJob) -> Reply:
 
 def _fit(job: FitJob) -> Reply:
     started = perf_counter()
+    query, wanted = split_query(job.query)
     body = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
     cloud, beside = _read(body, job)
-    options = check_options(job.query, beside, cloud.options)
+    options = check_options(query, beside, cloud.options)
     read_at = perf_counter()
-    content = answer(fit_cloud(cloud, options), cloud, options)
+    recognition = fit_cloud(cloud, options)
+    content = to_json(answer(recognition, cloud, options))
     seconds = {"read": read_at - started, "fit": perf_counter() - read_at}
-    return Reply(200, to_json(content), seconds=seconds)
+    if wanted is None:
+        return Reply(200, content, seconds=seconds)
+    return Reply(200, bundle(content, recognition, wanted), ZIP, seconds)
 
 
 def _read(body: bytes, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:

@@ -9,6 +9,8 @@ from fastapi.openapi.utils import get_openapi
 from pydantic.json_schema import models_json_schema
 
 from app import problems
+from app.exports import FORMATS, NothingToExportError
+from app.exports.options import LARGEST_ERROR, SMALLEST_ERROR, UNITS
 from app.options import OBJECTS
 from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
 from app.schemas import FitOptions, FitRequest, FitUpload, Problem
@@ -50,12 +52,41 @@ _INVALID: dict[str, Exception] = {
             )
         ]
     ),
+    "artifacts": NothingToExportError("the answer is no_fit and holds no primitive to export"),
 }
 _UNAVAILABLE: dict[str, Exception] = {
     "not_ready": problems.NotReadyError("no worker is warm yet"),
     "busy": problems.BusyError("64 requests are waiting, the limit of this service"),
     "worker_died": problems.WorkerDiedError("the worker process ended while it worked on this request"),
 }
+
+
+_ARTIFACTS: list[dict[str, Any]] = [
+    {
+        "name": "artifacts",
+        "in": "query",
+        "required": False,
+        "description": "files of the trimmed primitive: the response is a ZIP of answer.json and them",
+        "schema": {"type": "array", "items": {"type": "string", "enum": list(FORMATS)}},
+        "style": "form",
+        "explode": False,
+    },
+    {
+        "name": "unit",
+        "in": "query",
+        "required": False,
+        "description": "of the coordinates, as STEP files say it; beside `artifacts` only, mm by default",
+        "schema": {"type": "string", "enum": list(UNITS)},
+    },
+    {
+        "name": "chord_error",
+        "in": "query",
+        "required": False,
+        "description": "largest distance of meshes from the surface, as a share of the size; beside "
+        "`artifacts` only, 0.001 by default",
+        "schema": {"type": "number", "minimum": SMALLEST_ERROR, "maximum": LARGEST_ERROR},
+    },
+]
 
 
 def _problem(**errors: Exception) -> dict[str, Any]:
@@ -103,11 +134,12 @@ def _query() -> list[dict[str, Any]]:
     properties = FitOptions.model_json_schema(ref_template=_REF)["properties"]
     for name in OBJECTS:
         del properties[name]
-    return [
+    options = [
         {"name": name, "in": "query", "required": False, "description": schema.pop("description")}
         | {"schema": _without_default(schema)}
         for name, schema in properties.items()
     ]
+    return options + _ARTIFACTS
 
 
 def _without_default(schema: dict[str, Any]) -> dict[str, Any]:
@@ -129,6 +161,7 @@ READYZ: dict[str, Any] = {
 FIT: dict[str, Any] = {
     "response_description": "What was found",
     "responses": {
+        "200": {"content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}}},
         **{status: _problem(example=error) for status, error in _EXAMPLE_ERRORS.items()},
         "422": _problem(**_INVALID),
         "503": _problem(**_UNAVAILABLE),

@@ -11,6 +11,7 @@ import orjson
 from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
+from app.exports.patch import NothingToExportError
 from app.readers.errors import (
     SHOWN,
     FieldError,
@@ -100,6 +101,7 @@ KINDS: dict[type[Exception], Kind] = {
     UnreadableFileError: Kind(422, "unreadable-input", "The input cannot be read"),
     InvalidOptionsError: Kind(422, "invalid-options", "An option is unknown or out of range"),
     InvalidOptionError: Kind(422, "invalid-options", "An option is unknown or out of range"),
+    NothingToExportError: Kind(422, "nothing-to-export", "The answer holds nothing to export"),
     UnsupportedMediaTypeError: Kind(
         415, "unsupported-media-type", "The media type of the body is not supported"
     ),
@@ -180,6 +182,8 @@ def _describe(error: Exception) -> tuple[str, Sequence[FieldError]]:
             return str(error), [FieldError(error.field, str(error))]
         case InvalidOptionError():
             return str(error), [FieldError(f"options.{error.field}", str(error))]
+        case NothingToExportError():
+            return str(error), [FieldError("artifacts", str(error))]
         case ServiceError():
             return str(error), []
         case HTTPException():

@@ -1,0 +1,44 @@
+"""Meshes read back by trimesh: on the surface, of the right area, and closed where the shape is."""
+
+import io
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from app.exports import export
+from tests.app.exports.test_step import PIECES, recognised
+
+CLOSED = ("full sphere", "full torus")
+
+
+def _loaded(content: bytes, file_type: str) -> Any:
+    mesh = trimesh.load(io.BytesIO(content), file_type=file_type, force="mesh")
+    if file_type == "stl":
+        mesh.merge_vertices()
+    return mesh
+
+
+@pytest.mark.parametrize("file_type", ["glb", "obj", "stl", "ply"])
+@pytest.mark.parametrize("name", PIECES)
+def test_meshes_are_the_trimmed_shape(name: str, file_type: str) -> None:
+    recognition = recognised(name)
+    content = export(recognition, file_type)
+    assert content == export(recognition, file_type)
+    mesh = _loaded(content, file_type)
+    assert recognition.primitive and recognition.extents
+    assert mesh.area == pytest.approx(recognition.extents.area, rel=0.01)
+    size = np.linalg.norm(mesh.extents)
+    assert np.abs(recognition.primitive.signed_distance(np.array(mesh.vertices))).max() < 1e-5 * size
+    assert np.abs(recognition.primitive.signed_distance(mesh.triangles_center)).max() < 1e-3 * size
+    outward = np.einsum("ij,ij->i", mesh.face_normals, recognition.primitive.gradient(mesh.triangles_center))
+    assert outward.min() > 0.9
+    assert mesh.is_watertight == (name in CLOSED)
+
+
+def test_a_smaller_chord_error_makes_more_triangles() -> None:
+    recognition = recognised("full torus")
+    coarse, fine = (_loaded(export(recognition, "ply", chord_error=e), "ply") for e in (1e-2, 1e-4))
+    assert len(fine.faces) > 20 * len(coarse.faces)
+    assert fine.volume == pytest.approx(2 * np.pi**2 * 20 * 6**2, rel=2e-3)
