@@ -1,6 +1,7 @@
 """Triangle meshes of the trimmed primitive: GLB, OBJ, STL and PLY."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -21,16 +22,34 @@ def mesh_writer(file_type: str) -> Callable[[Recognition, ExportOptions], bytes]
     """The writer of a format that trimesh knows."""
 
     def write(recognition: Recognition, options: ExportOptions) -> bytes:
-        import trimesh
-
         primitive, extents = trimmed(recognition)
         patch = patch_of(primitive, extents)
-        vertices, triangles = _grid(patch, options.chord_error) if isinstance(patch, Patch) else _fan(patch)
-        mesh = trimesh.Trimesh(vertices, triangles, process=False, metadata={"name": primitive.kind})
-        content = mesh.export(file_type=file_type)
+        mesh = _grid(patch, options.chord_error) if isinstance(patch, Patch) else _fan(patch)
+        said = {"kind": primitive.kind, "unit": options.unit}
+        made = _scene(mesh, said) if file_type == "glb" else _trimesh(mesh, said)
+        content = made.export(file_type=file_type)
         return content.encode() if isinstance(content, str) else bytes(content)
 
     return write
+
+
+def _trimesh(mesh: Mesh, said: dict[str, str]) -> Any:
+    import trimesh
+
+    return trimesh.Trimesh(*mesh, process=False, metadata=said)
+
+
+def _scene(mesh: Mesh, said: dict[str, str]) -> Any:
+    """A mesh about the origin in a node that says where it is: vertices of a GLB are float32."""
+    import trimesh
+
+    vertices, triangles = mesh
+    where = vertices.mean(axis=0)
+    scene = trimesh.Scene()
+    place = trimesh.transformations.translation_matrix(where)
+    local = _trimesh((vertices - where, triangles), said)
+    scene.add_geometry(local, said["kind"], said["kind"], transform=place)
+    return scene
 
 
 def _fan(corners: Array) -> Mesh:

@@ -20,6 +20,9 @@ ASKED = 2000
 NEAREST = 3
 """Fewer points than this in it do not fill a hole."""
 
+OUTERMOST = 1000
+"""So many points nearest to the rim of a cap move its axis."""
+
 LARGEST_STEP, SMALLEST_STEP = 0.2, 0.001
 """Angles by which the axis of a cap is moved while that makes the cap smaller."""
 
@@ -87,7 +90,7 @@ def _cap(directions: Array, blur: float) -> tuple[Array, float]:
         held = directions[heights <= depth]
         if len(held) < 3:
             break
-        outermost = np.argpartition(held @ axis, min(ASKED, len(held) - 1))[:ASKED]
+        outermost = np.argpartition(held @ axis, min(OUTERMOST, len(held) - 1))[:OUTERMOST]
         axis = _tightened(axis, held[outermost])
     return axis, _rim(1.0 - directions @ axis, blur)
 
@@ -115,17 +118,16 @@ def _start(directions: Array) -> Array:
 
 
 def _tightened(axis: Array, directions: Array) -> Array:
-    """The axis of the smallest cap near that of a given one: opposite the emptiest place near there."""
-    tree = cKDTree(directions)
-    step, farthest = LARGEST_STEP, float(tree.query(-axis)[0])
+    """The axis of the smallest cap near that of a given one, moved while the cap becomes smaller."""
+    step, lowest = LARGEST_STEP, float((directions @ axis).min())
     while step > SMALLEST_STEP:
         first, second = basis(axis)
         sideways = np.multiply.outer(np.cos(WAYS), first) + np.multiply.outer(np.sin(WAYS), second)
         tried = np.cos(step) * axis + np.sin(step) * sideways
-        apart = tree.query(-tried)[0]
-        best = int(np.argmax(apart))
-        if apart[best] > farthest:
-            axis, farthest = tried[best], float(apart[best])
+        reached = (tried @ directions.T).min(axis=1)
+        best = int(np.argmax(reached))
+        if reached[best] > lowest:
+            axis, lowest = tried[best], float(reached[best])
         else:
             step /= 2.0
     return unit(axis)

@@ -1,6 +1,7 @@
 """Meshes read back by trimesh: on the surface, of the right area, and closed where the shape is."""
 
 import io
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 import trimesh
 
 from app.exports import export
+from fitting.normalize import Frame
+from fitting.primitives import Sphere
 from tests.app.exports.test_step import PIECES, recognised
 
 CLOSED = ("full sphere", "full torus")
@@ -42,3 +45,13 @@ def test_a_smaller_chord_error_makes_more_triangles() -> None:
     coarse, fine = (_loaded(export(recognition, "ply", chord_error=e), "ply") for e in (1e-2, 1e-4))
     assert len(fine.faces) > 20 * len(coarse.faces)
     assert fine.volume == pytest.approx(2 * np.pi**2 * 20 * 6**2, rel=2e-3)
+
+
+def test_a_glb_far_from_the_origin_keeps_its_digits() -> None:
+    here = recognised("full sphere")
+    assert isinstance(here.primitive, Sphere) and here.extents
+    far = Frame(np.array([6e6, 5e5, 400.0]), 1.0)
+    moved = replace(here, primitive=far.restore(here.primitive), extents=here.extents.restored(far))
+    mesh = _loaded(export(moved, "glb"), "glb")
+    assert np.abs(moved.primitive.signed_distance(np.array(mesh.vertices))).max() < 1e-5
+    assert mesh.is_watertight
