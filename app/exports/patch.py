@@ -75,6 +75,11 @@ class Patch:
                 return self.v[0] == -np.pi / 2.0, True
         return False, False
 
+    @property
+    def is_closed(self) -> bool:
+        """Whether the piece has no edge: a full sphere or a full torus."""
+        return self.closed_u and (self.closed_v or all(self.has_pole))
+
 
 def trimmed(recognition: Recognition) -> tuple[Primitive, Bounds]:
     """The primitive that is exported, the first of an ambiguous answer, and its extents.

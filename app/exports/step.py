@@ -71,7 +71,9 @@ def step(recognition: Recognition, options: ExportOptions) -> bytes:
     bound = file.add(f"FACE_OUTER_BOUND('',{boundary},.T.)")
     surface = _surface(file, primitive, patch)
     face = file.add(f"ADVANCED_FACE('{primitive.kind}',({bound}),{surface},.T.)")
-    _product(file, primitive.kind, face, extents, options.unit)
+    closed = isinstance(patch, Patch) and patch.is_closed
+    shell = file.add(f"{'CLOSED' if closed else 'OPEN'}_SHELL('',({face}))")
+    _product(file, primitive.kind, shell, extents, options.unit)
     return _part21(file, primitive.kind).encode("ascii")
 
 
@@ -145,9 +147,8 @@ def _meridian(file: _File, patch: Patch, u: float) -> str:
     return file.line(patch.at(u, patch.v[0]), patch.at(u, patch.v[1]))
 
 
-def _product(file: _File, kind: str, face: str, extents: Bounds, unit: str) -> None:
-    """The shell, its units, and the product that a reader looks for."""
-    shell = file.add(f"OPEN_SHELL('',({face}))")
+def _product(file: _File, kind: str, shell: str, extents: Bounds, unit: str) -> None:
+    """The units of the shell, and the product that a reader looks for."""
     model = file.add(f"SHELL_BASED_SURFACE_MODEL('',({shell}))")
     length = _length_unit(file, unit)
     angle = file.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))")

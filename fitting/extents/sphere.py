@@ -64,12 +64,12 @@ class SphereExtents(Bounds):
             axis, depth = Z_AXIS, 2.0
         first, second = basis(axis)
         share = np.arctan2(directions @ second, directions @ first) / (2.0 * np.pi) + 0.5
-        half_angle = float(np.arccos(1.0 - depth))
+        half_angle = float(2.0 * np.arcsin(np.sqrt(depth / 2.0)))
         middle = np.sqrt(1.0 - (1.0 - depth / 2.0) ** 2)
         return cls(
             area=2.0 * np.pi * primitive.radius**2 * depth,
             coverage=coverage(
-                (1.0 - directions @ axis) / depth, share, half_angle / (2.0 * np.pi * max(middle, TINY))
+                _heights(directions, axis) / depth, share, half_angle / (2.0 * np.pi * max(middle, TINY))
             ),
             axis=axis,
             half_angle=half_angle,
@@ -85,14 +85,20 @@ def _cap(directions: Array, blur: float) -> tuple[Array, float]:
     axis = _start(directions)
     depth = 2.0
     for _ in range(2):
-        heights = 1.0 - directions @ axis
+        heights = _heights(directions, axis)
         depth = _rim(heights, blur)
         held = directions[heights <= depth]
         if len(held) < 3:
             break
         outermost = np.argpartition(held @ axis, min(OUTERMOST, len(held) - 1))[:OUTERMOST]
         axis = _tightened(axis, held[outermost])
-    return axis, _rim(1.0 - directions @ axis, blur)
+    return axis, _rim(_heights(directions, axis), blur)
+
+
+def _heights(directions: Array, axis: Array) -> Array:
+    """1 - cos of the angles to the axis; of small caps, too, whose cosines are all 1."""
+    apart = directions - axis
+    return np.einsum("ij,ij->i", apart, apart) / 2.0
 
 
 def _rim(heights: Array, blur: float) -> float:
