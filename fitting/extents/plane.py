@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from fitting.extents.spread import POINTS_A_CELL
+from fitting.extents.spread import POINTS_A_CELL, ends
 from fitting.extents.values import Bounds, Length, Place
 from fitting.geometry import Array, basis, vector
 from fitting.primitives import Plane
@@ -45,6 +45,8 @@ class PlaneExtents(Bounds):
         frame = np.array(basis(primitive.normal))
         flat = (feet - primitive.point) @ frame.T
         kept, corners = _outlined(flat)
+        kept = _between_ends(kept, _rectangle(corners)[0], blur)
+        corners = kept[ConvexHull(kept).vertices]
         area = _area(corners)
         (along, across), middle, size = _rectangle(corners)
         return cls(
@@ -72,6 +74,15 @@ def _outlined(flat: Array) -> tuple[Array, Array]:
         if len(stray) == 0 or dropped > len(flat) // MOST_STRAY:
             return kept, kept[corners]
         kept = np.delete(kept, stray, axis=0)
+
+
+def _between_ends(points: Array, directions: Array, blur: float) -> Array:
+    """The points (N, 2) that lie between the ends of all along each of the directions (2, 2)."""
+    inside = np.ones(len(points), bool)
+    for along in (points @ directions.T).T:
+        low, high = ends(along, (blur, blur))
+        inside &= (along >= low) & (along <= high)
+    return points[inside]
 
 
 def _area(corners: Array) -> float:
