@@ -11,6 +11,7 @@
 from importlib.metadata import version
 
 from app.engine import fit
+from app.exports import NothingToExportError, export
 from app.segments import Segment, fit_segments
 from fitting.config import Config
 from fitting.constraints import Constraints
@@ -32,6 +33,7 @@ __all__ = [
     "InvalidOptionError",
     "InvalidPointCloudError",
     "NoiseSummary",
+    "NothingToExportError",
     "Plane",
     "Primitive",
     "Recognition",
@@ -39,6 +41,7 @@ __all__ = [
     "Sphere",
     "Torus",
     "__version__",
+    "export",
     "fit",
     "fit_segments",
     "parameters",

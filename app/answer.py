@@ -32,7 +32,7 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
         "primitive": _primitive(recognition.primitive),
         "alternatives": [parameters(primitive) for primitive in recognition.alternatives],
         "message": recognition.message,
-        "extents": None,
+        "extents": recognition.extents and recognition.extents.values(),
         "uncertainty": None,
         "error": _summary(recognition.error),
         "noise": _summary(recognition.noise),

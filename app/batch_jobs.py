@@ -224,5 +224,5 @@ class SegmentJob:
 
 
 def _found(cloud: Cloud, options: Mapping[str, Any]) -> Found:
-    content, facts = fitted(cloud, options)
+    _, content, facts = fitted(cloud, options)
     return Found(to_json(content), facts)

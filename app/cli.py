@@ -5,9 +5,12 @@ import sys
 from collections.abc import Callable, Iterator
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
+
+if TYPE_CHECKING:
+    from fitting.result import Recognition
 
 # As in the service: one thread a process, so that every way in gives the same numbers.
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -86,6 +89,7 @@ Labels = Annotated[
         "of a usual name.",
     ),
 ]
+ExportFile = Annotated[Path | None, typer.Option(help="Write the trimmed primitive to it.", dir_okay=False)]
 Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", show_default="0")]
 
 app = typer.Typer(
@@ -129,6 +133,23 @@ def fit(
     seed: Seed = None,
     constraint: Constraint = None,
     initial_guess: InitialGuess = None,
+    step: ExportFile = None,
+    glb: ExportFile = None,
+    obj: ExportFile = None,
+    stl: ExportFile = None,
+    ply_mesh: ExportFile = None,
+    csv_row: Annotated[
+        Path | None, typer.Option(help="Write kind, parameters and errors to it, as one row.", dir_okay=False)
+    ] = None,
+    shrec22: Annotated[
+        Path | None, typer.Option(help="Write the prediction of the SHREC 2022 track to it.", dir_okay=False)
+    ] = None,
+    unit: Annotated[
+        Literal["mm", "m", "inch"], typer.Option(help="Of the coordinates, as STEP files say it.")
+    ] = "mm",
+    chord_error: Annotated[
+        float, typer.Option(help="Largest distance of meshes from the surface, as a share of its size.")
+    ] = 1e-3,
 ) -> None:
     """Recognise and fit the cloud in each FILE.
 
@@ -136,7 +157,7 @@ def fit(
     POST /fit/batch.
 
     Exit status, the worst of the files: 0 fitted, 3 ambiguous, 4 no_fit, 2 bad input.
-    After a bad file the others are still done.
+    After a bad file the others are still done. Exports are written of one FILE.
     """
     from rich.console import Console
 
@@ -145,13 +166,18 @@ def fit(
     from app.render import render
 
     options = _options(kind, classifier, criterion, max_error, seed, constraint, initial_guess)
+    named = {"step": step, "glb": glb, "obj": obj, "stl": stl, "ply": ply_mesh, "csv": csv_row}
+    exports = {name: file for name, file in (named | {"shrec22": shrec22}).items() if file is not None}
+    if exports:
+        _check_exports(files, labels, unit, chord_error)
     console = Console(highlight=False)
     worst = 0
-    for name, item, answer in _answers(files, options, labels):
-        if isinstance(answer, Problem):
-            _complain(answer.name, answer.message)
-            worst = _worse(worst, answer.exit_status)
+    for name, item, found in _answers(files, options, labels):
+        if isinstance(found, Problem):
+            _complain(found.name, found.message)
+            worst = _worse(worst, found.exit_status)
             continue
+        recognition, answer = found
         if as_json:
             line = to_json(answer)
             sys.stdout.buffer.write(item.line("answer", line) if item else line + b"\n")
@@ -159,19 +185,52 @@ def fit(
         else:
             console.print(render(name, answer))
         worst = _worse(worst, EXIT[answer["status"]])
+        for format, file in exports.items():
+            worst = _worse(worst, _export(recognition, format, file, unit, chord_error))
     raise typer.Exit(worst)
 
 
 def _answers(files: list[str], options: dict[str, Any], labels: str | None) -> Iterator[tuple[str, Any, Any]]:
-    """What to call each answer, its item where there are segments, and the answer or a problem."""
-    from app.files import answer_files, answer_segments
+    """What to call each answer, its item where there are segments, and what was recognised or a problem."""
+    from app.files import Problem, answer_segments, fit_file
 
     if not labels:
-        for name, answer in zip(files, answer_files(files, options, workers=1), strict=True):
-            yield name, None, answer
+        for name in files:
+            yield name, None, fit_file(name, options)
         return
     for source, answer in answer_segments(files, options, labels, workers=1):
-        yield source.title, source.item, answer
+        yield source.title, source.item, answer if isinstance(answer, Problem) else (None, answer)
+
+
+def _check_exports(files: list[str], labels: str | None, unit: str, chord_error: float) -> None:
+    """Refuse what cannot be exported before anything is fitted."""
+    from app.exports import ExportOptions
+    from fitting.errors import InvalidOptionError
+
+    if len(files) > 1 or labels:
+        cause = "of the segments of a file" if labels else f"of {len(files)}"
+        _complain("fit", f"exports are written of one cloud, not {cause}")
+        raise typer.Exit(BAD_INPUT)
+    try:
+        ExportOptions(unit, chord_error)  # type: ignore[arg-type]
+    except InvalidOptionError as error:
+        _complain(f"--{error.field.replace('_', '-')}", str(error))
+        raise typer.Exit(BAD_INPUT) from None
+
+
+def _export(recognition: "Recognition", format: str, file: Path, unit: str, chord_error: float) -> int:
+    """Write one artefact; the exit status."""
+    from app.exports import NothingToExportError, export
+
+    try:
+        file.write_bytes(export(recognition, format, unit=unit, chord_error=chord_error))
+    except NothingToExportError as error:
+        _complain(str(file), f"not written: {error}")
+    except OSError as error:
+        _complain(str(file), f"cannot be written: {error.strerror or error}")
+    else:
+        return 0
+    return BAD_INPUT
 
 
 @app.command()

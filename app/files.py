@@ -19,6 +19,7 @@ from app.names import Ids, base_name, plain
 from app.readers import Cloud, UnreadableFileError, read
 from app.segments import cut_cloud, part
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
+from fitting.result import Recognition
 
 STDIN = "-"
 _AHEAD = 4
@@ -40,9 +41,16 @@ def answer_file(name: str, options: Mapping[str, Any]) -> dict[str, Any] | Probl
 
     `options` are those of `engine.fit` that were given beside the file.
     """
+    found = fit_file(name, options)
+    return found if isinstance(found, Problem) else found[1]
+
+
+def fit_file(name: str, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any]] | Problem:
+    """What was recognised in a file and the body of `POST /fit` for it, or what is wrong with it."""
     try:
         cloud, used = _read(name, options, None)
-        return answer(fit_cloud(cloud, used), cloud, used)
+        recognition = fit_cloud(cloud, used)
+        return recognition, answer(recognition, cloud, used)
     except Exception as error:  # one file must not cost the others their answers
         return _problem(name, error)
 

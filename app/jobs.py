@@ -13,12 +13,16 @@ from app import logs
 from app.answer import answer, receipt, to_json, versions
 from app.engine import fit, fit_cloud
 from app.etag import etag, names
+from app.exports import bundle
+from app.exports.request import split_query
 from app.multipart import split_parts
 from app.options import check_options, parse_options
 from app.problems import MEDIA_TYPE, AlreadyAnsweredError, problem
 from app.readers import Cloud, Limits, UnreadableFileError, read, read_json, read_unpacked, unpack
 from app.request_id import REQUEST_ID
+from fitting.result import Recognition
 
+ZIP = "application/zip"
 _log = logging.getLogger("primfit")
 
 
@@ -90,28 +94,32 @@ def run(job: Job) -> Any:
 
 def _fit(job: FitJob) -> Reply:
     started = perf_counter()
+    query, wanted = split_query(job.query)
     body: bytes | memoryview = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
     if job.coding is not None:
         body = unpack(memoryview(body), job.coding, job.limits, "body")
     cloud, beside = _read(body, job)
-    options = check_options(job.query, beside, cloud.options)
+    options = check_options(query, beside, cloud.options)
     read_at = perf_counter()
-    if job.if_none_match:
+    if job.if_none_match and wanted is None:
         tag = etag(receipt(cloud, options), cloud)
         if names(job.if_none_match, tag):
             raise AlreadyAnsweredError("the answer would be the one that you named", {"ETag": tag})
-    content, facts = fitted(cloud, options)
+    recognition, content, facts = fitted(cloud, options)
     seconds = {"read": read_at - started, "fit": facts["fit_seconds"]}
     headers = {"ETag": etag(content["receipt"], cloud)}
-    return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
+    if wanted is None:
+        return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
+    return Reply(200, bundle(to_json(content), recognition, wanted), ZIP, seconds=seconds, facts=facts)
 
 
-def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The answer for a cloud, and what the log and the metrics say of it."""
+def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any], dict[str, Any]]:
+    """What was recognised, the answer, and what the log and the metrics say of it."""
     started = perf_counter()
-    content = answer(fit_cloud(cloud, options), cloud, options)
+    recognition = fit_cloud(cloud, options)
+    content = answer(recognition, cloud, options)
     primitive = content["primitive"]
-    return content, {
+    return recognition, content, {
         "fit_status": content["status"],
         "fit_kind": None if primitive is None else primitive["kind"],
         "n_points": content["receipt"]["n_points"],

@@ -12,6 +12,9 @@ from pydantic.json_schema import models_json_schema
 
 from app import problems
 from app.capabilities import capabilities
+from app.exports import FORMATS as ARTIFACTS
+from app.exports import NothingToExportError
+from app.exports.options import LARGEST_ERROR, SMALLEST_ERROR, UNITS
 from app.guard import OPEN, UNLIMITED
 from app.options import OBJECTS
 from app.readers import CODINGS, FORMATS
@@ -96,6 +99,7 @@ _INVALID: dict[str, Exception] = {
             )
         ]
     ),
+    "artifacts": NothingToExportError("the answer is no_fit and holds no primitive to export"),
 }
 _UNAVAILABLE: dict[str, Exception] = {
     "not_ready": problems.NotReadyError("no worker is warm yet"),
@@ -114,6 +118,34 @@ SECURITY_SCHEMES = {
     },
     "apiKey": {"type": "apiKey", "in": "header", "name": "X-API-Key", "description": "the same, in a header"},
 }
+
+
+_ARTIFACTS: list[dict[str, Any]] = [
+    {
+        "name": "artifacts",
+        "in": "query",
+        "required": False,
+        "description": "files of the trimmed primitive: the response is a ZIP of answer.json and them",
+        "schema": {"type": "array", "items": {"type": "string", "enum": list(ARTIFACTS)}},
+        "style": "form",
+        "explode": False,
+    },
+    {
+        "name": "unit",
+        "in": "query",
+        "required": False,
+        "description": "of the coordinates, as STEP files say it; beside `artifacts` only, mm by default",
+        "schema": {"type": "string", "enum": list(UNITS)},
+    },
+    {
+        "name": "chord_error",
+        "in": "query",
+        "required": False,
+        "description": "largest distance of meshes from the surface, as a share of the size; beside "
+        "`artifacts` only, 0.001 by default",
+        "schema": {"type": "number", "minimum": SMALLEST_ERROR, "maximum": LARGEST_ERROR},
+    },
+]
 
 
 def _problem(**errors: Exception) -> dict[str, Any]:
@@ -248,7 +280,8 @@ FIT: dict[str, Any] = {
             "headers": {
                 "ETag": _header("equal requests have equal tags", '"3f0c1f9e"'),
                 "Server-Timing": {"$ref": "#/components/headers/ServerTiming"},
-            }
+            },
+            "content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}},
         },
         **{status: _problem(example=error) for status, error in _EXAMPLE_ERRORS.items()},
         "415": _problem(**_UNSUPPORTED),
@@ -257,7 +290,7 @@ FIT: dict[str, Any] = {
     },
     "openapi_extra": {
         "requestBody": _body("FitUpload", {"file": _csv(), "options": {"kinds": ["cylinder", "cone"]}}),
-        "parameters": [*_query(), _IF_NONE_MATCH],
+        "parameters": [*_query(), *_ARTIFACTS, _IF_NONE_MATCH],
     },
 }
 

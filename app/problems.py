@@ -13,6 +13,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
+from app.exports.patch import NothingToExportError
 from app.readers.errors import (
     SHOWN,
     FieldError,
@@ -131,6 +132,7 @@ KINDS: dict[type[Exception], Kind] = {
     UnreadableFileError: Kind(422, "unreadable-input", "The input cannot be read"),
     InvalidOptionsError: Kind(422, "invalid-options", "An option is unknown or out of range"),
     InvalidOptionError: Kind(422, "invalid-options", "An option is unknown or out of range"),
+    NothingToExportError: Kind(422, "nothing-to-export", "The answer holds nothing to export"),
     UnsupportedMediaTypeError: Kind(
         415, "unsupported-media-type", "The media type of the body is not supported"
     ),
@@ -233,6 +235,8 @@ def _describe(error: Exception) -> tuple[str, Sequence[FieldError]]:
             return str(error), [FieldError(error.field, str(error))]
         case InvalidOptionError():
             return str(error), [FieldError(f"options.{error.field}", str(error))]
+        case NothingToExportError():
+            return str(error), [FieldError("artifacts", str(error))]
         case ServiceError():
             return str(error), []
         case HTTPException():

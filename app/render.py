@@ -1,7 +1,7 @@
 """An answer for people: the primitive, its error and the trail of attempts, on a terminal."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from rich.console import Group, RenderableType
@@ -34,6 +34,8 @@ def render(name: str, body: Mapping[str, Any]) -> RenderableType:
         label = "best try" if status == "no_fit" else "kind"
         parts.append(Padding(_parameters(body["primitive"], label), (1, 0, 0, 0)))
     parts += [Padding(_parameters(other, "or"), (1, 0, 0, 0)) for other in body["alternatives"]]
+    if body["extents"] is not None:
+        parts.append(Padding(_extents(body["extents"]), (1, 0, 0, 0)))
     if body["error"] is not None:
         parts.append(Padding(_error(body["error"], body["noise"]), (1, 0, 0, 0)))
     if body["active_constraints"]:
@@ -59,6 +61,42 @@ def _parameters(primitive: Mapping[str, Any], label: str) -> Table:
             shown += f" rad = {_plain(math.degrees(value))} degrees"
         grid.add_row(name.replace("_", " "), shown)
     return grid
+
+
+def _extents(extents: Mapping[str, Any]) -> Table:
+    grid = _grid()
+    for i, line in enumerate(_SHAPES[extents["kind"]](extents)):
+        grid.add_row("" if i else "extents", line)
+    grid.add_row("", f"area {extents['area']:.6g}, of which {extents['coverage']:.0%} have points near them")
+    return grid
+
+
+def _arc(of: Mapping[str, Any], prefix: str = "") -> str:
+    if of[f"{prefix}full_turn"]:
+        return "a full turn"
+    start, span = (math.degrees(of[f"{prefix}{name}"]) for name in ("start_angle", "span"))
+    return f"{span:.5g} degrees, from {start:.5g}"
+
+
+def _cap(of: Mapping[str, Any]) -> str:
+    if of["full_sphere"]:
+        return "the full sphere"
+    return f"a cap of half-angle {math.degrees(of['half_angle']):.5g} degrees, height {of['height']:.6g}"
+
+
+_SHAPES: dict[str, Callable[[Mapping[str, Any]], list[str]]] = {
+    "plane": lambda of: [
+        f"{of['length']:.6g} x {of['width']:.6g}, an outline of {len(of['outline'])} corners"
+    ],
+    "sphere": lambda of: [_cap(of)],
+    "cylinder": lambda of: [f"length {of['length']:.6g}", _arc(of)],
+    "cone": lambda of: [
+        f"height {of['start_height']:.6g} to {of['end_height']:.6g} from the apex",
+        f"radius {of['start_radius']:.6g} to {of['end_radius']:.6g}",
+        _arc(of),
+    ],
+    "torus": lambda of: [f"around the axis {_arc(of)}", f"around the tube {_arc(of, 'tube_')}"],
+}
 
 
 def _error(error: Mapping[str, float], noise: Mapping[str, float | None]) -> Table:

@@ -80,6 +80,88 @@ class Torus(BaseModel):
 Primitive = Annotated[Plane | Sphere | Cylinder | Cone | Torus, Field(discriminator="kind")]
 
 
+class Bounds(BaseModel):
+    """What the extents of all kinds have in common."""
+
+    model_config = _CLOSED
+
+    area: float = Field(description="of the trimmed surface")
+    coverage: float = Field(description="share of that area near which there are points")
+
+
+class Arc(BaseModel):
+    """An arc about the axis."""
+
+    reference_direction: Vector = Field(
+        description="unit vector across the axis at which angles are 0; they grow towards axis x this"
+    )
+    start_angle: float = Field(description="where the arc begins, radians in [0, 2 pi)")
+    span: float = Field(description="radians from there on, up to 2 pi")
+    full_turn: bool
+
+
+class PlaneExtents(Bounds):
+    """The convex outline of the points on a plane, and the rectangle of least area about it."""
+
+    kind: Literal["plane"]
+    outline: list[Vector] = Field(description="corners, counter-clockwise about the normal")
+    center: Vector = Field(description="of the rectangle")
+    length: float
+    width: float = Field(description="the shorter side")
+    length_direction: Vector
+    width_direction: Vector
+
+
+class SphereExtents(Bounds):
+    """The smallest cap about the points on a sphere."""
+
+    kind: Literal["sphere"]
+    axis: Vector = Field(description="from the centre to the middle of the cap; z of a full sphere")
+    half_angle: float = Field(description="between axis and rim, seen from the centre, radians, up to pi")
+    full_sphere: bool
+    height: float = Field(description="of the cap along its axis")
+    rim_center: Vector
+    rim_radius: float
+
+
+class CylinderExtents(Bounds, Arc):
+    """The piece of a cylinder between two heights and two angles."""
+
+    kind: Literal["cylinder"]
+    start: Vector = Field(description="end point of the axis")
+    end: Vector
+    length: float
+
+
+class ConeExtents(Bounds, Arc):
+    """The piece of a cone between two heights from the apex and two angles."""
+
+    kind: Literal["cone"]
+    start_height: float = Field(description="along the axis from the apex to the nearer end")
+    end_height: float
+    start_radius: float
+    end_radius: float
+    start: Vector = Field(description="centre of the nearer end, on the axis")
+    end: Vector
+    apex_inside: bool = Field(description="the surface reaches the apex; the start is the apex then")
+
+
+class TorusExtents(Bounds, Arc):
+    """The piece of a torus between two angles about the axis and two around the tube."""
+
+    kind: Literal["torus"]
+    tube_start_angle: float = Field(
+        description="radians; 0 where the tube is farthest from the axis, growing to where the axis points"
+    )
+    tube_span: float
+    tube_full_turn: bool
+
+
+Extents = Annotated[
+    PlaneExtents | SphereExtents | CylinderExtents | ConeExtents | TorusExtents, Field(discriminator="kind")
+]
+
+
 class NumberConstraint(BaseModel):
     """A number that is fixed by `value`, or bounded by `min`, `max` or both."""
 
@@ -294,7 +376,9 @@ class FitAnswer(BaseModel):
     primitive: Primitive | None
     alternatives: list[Primitive]
     message: str
-    extents: dict[str, Any] | None = Field(description="null in this version")
+    extents: Extents | None = Field(
+        description="where `primitive` begins and ends; null without one, or if its points span no surface"
+    )
     uncertainty: dict[str, Any] | None = Field(description="null in this version")
     error: ErrorSummary | None
     noise: NoiseSummary | None

@@ -9,6 +9,7 @@ from fitting.classifier import Classifier
 from fitting.cloud import Cloud
 from fitting.config import COUNTING_ALL, EXTREME, Config, takes_no
 from fitting.errors import InvalidPointCloudError
+from fitting.extents import Extents, extents_of
 from fitting.geometry import Array
 from fitting.judge import (
     ROUNDING_NOISE,
@@ -35,6 +36,9 @@ FEW, FEW_DOUBT = 60, 0.004
 """Kinds whose share of the probability is below the doubt are not held against an acceptable one; it is their
 share of what that kind and all that were not tried yet have together. In a cloud of few points, where a
 general kind may explain the noise, the lower one holds for simpler kinds."""
+
+MOSTLY_EXACT = 0.9
+"""Where so large a share of the inliers is exact, the others do not count for the extents."""
 
 
 @dataclass(frozen=True)
@@ -258,7 +262,21 @@ def _recognition(
         alternatives=tuple(t.attempt.primitive for t in rivals if t.attempt.primitive),
         error=best.attempt.error if best else None,
         noise=best.attempt.noise if best else None,
+        extents=_extents(best, cloud) if best else None,
         attempts=tuple(tried.attempt for tried in tries),
         message=message,
         n_points=len(cloud.points),
     )
+
+
+def _extents(best: _Try, cloud: Cloud) -> Extents | None:
+    """Those of the answered primitive, from the points that its robust fit did not reject."""
+    primitive, evidence = best.attempt.primitive, best.evidence
+    assert primitive and evidence
+    exact = np.count_nonzero(evidence.exact) >= MOSTLY_EXACT * np.count_nonzero(evidence.inlier)
+    found = extents_of(
+        cloud.frame.bring(primitive),
+        cloud.working[evidence.exact if exact else evidence.inlier],
+        0.0 if exact else evidence.noise_scale,
+    )
+    return found and found.restored(cloud.frame)

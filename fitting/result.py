@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from fitting.extents import Extents
 from fitting.primitives import Primitive
 
 Status = Literal["fitted", "ambiguous", "no_fit"]
@@ -73,6 +74,7 @@ class Recognition:
     `primitive` is the accepted one; with status `ambiguous` the first of several (the rest stand in
     `alternatives`), with `no_fit` the best try, and None only if every attempt failed.
     `active_constraints` says how each constraint acts on it, by name: `{"radius": "at its upper bound 5.0"}`.
+    `extents` says where `primitive` begins and ends; None without one, or where its points span no surface.
     """
 
     status: Status
@@ -84,6 +86,7 @@ class Recognition:
     message: str
     n_points: int
     active_constraints: Mapping[str, str] = field(default_factory=dict)
+    extents: Extents | None = None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,136 @@
+"""The trimmed surface as a rectangle of the parameters of `Primitive.surface`, which every exporter draws."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.extents import (
+    ConeExtents,
+    CylinderExtents,
+    PlaneExtents,
+    SphereExtents,
+    TorusExtents,
+)
+from fitting.extents.values import Bounds
+from fitting.geometry import Array, around_axis, basis, cross
+from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from fitting.result import Recognition
+
+
+class NothingToExportError(ValueError):
+    """There is no primitive, or no extents to trim it to."""
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A piece of a surface of revolution: u about the axis, v along the profile.
+
+    Attributes
+    ----------
+    origin, axis, reference : (3,) where v and u are measured from; `reference` is where u is 0
+    u, v : ranges; angles, or heights along the axis
+    closed_u, closed_v : the range is a full turn
+    """
+
+    primitive: Cylinder | Cone | Sphere | Torus
+    origin: Array
+    axis: Array
+    reference: Array
+    u: tuple[float, float]
+    v: tuple[float, float]
+    closed_u: bool
+    closed_v: bool = False
+
+    def profile(self, v: Array | float) -> tuple[Array, Array]:
+        """Distance from the axis and height above the origin."""
+        v = np.asarray(v, np.float64)
+        match self.primitive:
+            case Cylinder(radius=radius):
+                return np.full_like(v, radius), v
+            case Cone(half_angle=half_angle):
+                return v * np.tan(half_angle), v
+            case Sphere(radius=radius):
+                return radius * np.cos(v), radius * np.sin(v)
+            case Torus(major_radius=major, minor_radius=minor):
+                return major + minor * np.cos(v), minor * np.sin(v)
+
+    def direction(self, u: Array | float) -> Array:
+        """Unit vectors (..., 3) across the axis."""
+        beyond = cross(self.axis, self.reference)
+        return np.multiply.outer(np.cos(u), self.reference) + np.multiply.outer(np.sin(u), beyond)
+
+    def at(self, u: Array | float, v: Array | float) -> Array:
+        """Points (..., 3) of the surface."""
+        rho, height = self.profile(v)
+        u, rho, height = np.broadcast_arrays(np.asarray(u, np.float64), rho, height)
+        return self.origin + rho[..., None] * self.direction(u) + np.multiply.outer(height, self.axis)
+
+    @property
+    def has_pole(self) -> tuple[bool, bool]:
+        """Whether the surface shrinks to a point at either end of v: a cone's apex, a pole of a sphere."""
+        match self.primitive:
+            case Cone():
+                return self.v[0] == 0.0, False
+            case Sphere():
+                return self.v[0] == -np.pi / 2.0, True
+        return False, False
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the piece has no edge: a full sphere or a full torus."""
+        return self.closed_u and (self.closed_v or all(self.has_pole))
+
+
+def trimmed(recognition: Recognition) -> tuple[Primitive, Bounds]:
+    """The primitive that is exported, the first of an ambiguous answer, and its extents.
+
+    Raises
+    ------
+    NothingToExportError
+        If the answer has no primitive, or its points span no surface to trim it to.
+    """
+    if recognition.primitive is None:
+        raise NothingToExportError(f"the answer is {recognition.status} and holds no primitive to export")
+    if recognition.extents is None:
+        raise NothingToExportError(f"the {recognition.primitive.kind} cannot be trimmed: it has no extents")
+    return recognition.primitive, recognition.extents
+
+
+def patch_of(primitive: Primitive, extents: Bounds) -> Patch | Array:
+    """The piece of a surface of revolution, or the outline (K, 3) of a plane."""
+    match primitive, extents:
+        case Plane(), PlaneExtents():
+            return extents.outline
+        case Sphere(), SphereExtents():
+            lowest = -np.pi / 2.0 if extents.full_sphere else np.pi / 2.0 - extents.half_angle
+            reference = basis(extents.axis)[0]
+            turn = (0.0, 2.0 * np.pi)
+            return Patch(
+                primitive, primitive.center, extents.axis, reference, turn, (lowest, np.pi / 2), True
+            )
+        case Cylinder(), CylinderExtents():
+            _, _, ends = around_axis(np.stack([extents.start, extents.end]), primitive.point, primitive.axis)
+            origin, v = primitive.point, (float(ends[0]), float(ends[1]))
+            return Patch(primitive, origin, primitive.axis, extents.reference_direction, *_arc(extents, v))
+        case Cone(), ConeExtents():
+            v = (extents.start_height, extents.end_height)
+            return Patch(
+                primitive, primitive.apex, primitive.axis, extents.reference_direction, *_arc(extents, v)
+            )
+        case Torus(), TorusExtents():
+            v = (extents.tube_start_angle, extents.tube_start_angle + extents.tube_span)
+            return Patch(
+                primitive,
+                primitive.center,
+                primitive.axis,
+                extents.reference_direction,
+                *_arc(extents, v),
+                extents.tube_full_turn,
+            )
+    raise TypeError(f"extents of a {extents.kind} do not trim a {primitive.kind}")
+
+
+def _arc(
+    extents: CylinderExtents | ConeExtents | TorusExtents, v: tuple[float, float]
+) -> tuple[tuple[float, float], tuple[float, float], bool]:
+    return (extents.start_angle, extents.start_angle + extents.span), v, extents.full_turn

@@ -1,0 +1,51 @@
+"""Artefacts as a request asks for them: in the query, apart from the options of the fit."""
+
+from collections.abc import Sequence
+
+from app.exports import FORMATS, ExportOptions, Wanted
+from app.problems import InvalidOptionsError
+from app.readers.errors import FieldError
+from fitting.errors import InvalidOptionError
+
+NAMES = ("artifacts", "unit", "chord_error")
+
+
+def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], Wanted | None]:
+    """The options of the fit, and what is to be exported; None where nothing is.
+
+    Raises
+    ------
+    InvalidOptionsError
+        An artefact or a unit is unknown, a value is out of range or given twice, or there is no artefact to
+        which it applies.
+    """
+    rest = [(name, value) for name, value in query if name not in NAMES]
+    given: dict[str, list[str]] = {}
+    for name, value in query:
+        if name in NAMES:
+            given.setdefault(name, []).append(value)
+    if not given:
+        return rest, None
+    formats = [format for value in given.pop("artifacts", []) for format in value.split(",")]
+    errors = [
+        FieldError(f"artifacts[{i}]", f"unknown artefact; allowed are {', '.join(FORMATS)}")
+        for i, format in enumerate(formats)
+        if format not in FORMATS
+    ]
+    if not formats:
+        errors += [FieldError(name, "applies to artefacts; name them in artifacts") for name in given]
+    errors += [FieldError(name, "given more than once") for name, values in given.items() if len(values) > 1]
+    if errors:
+        raise InvalidOptionsError(errors)
+    return rest, Wanted(tuple(dict.fromkeys(formats)), _options({n: v[0] for n, v in given.items()}))
+
+
+def _options(given: dict[str, str]) -> ExportOptions:
+    try:
+        chord_error = float(given.get("chord_error", ExportOptions.chord_error))
+    except ValueError:
+        raise InvalidOptionsError([FieldError("chord_error", "not a number")]) from None
+    try:
+        return ExportOptions(given.get("unit", ExportOptions.unit), chord_error)  # type: ignore[arg-type]
+    except InvalidOptionError as error:
+        raise InvalidOptionsError([FieldError(error.field, str(error))]) from None

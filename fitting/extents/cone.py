@@ -1,0 +1,73 @@
+"""The part of a cone that holds points: between two heights from the apex and two angles."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from fitting.extents.around import Around
+from fitting.extents.spread import CHANCE, coverage, ends, turn
+from fitting.extents.values import Bounds, Length, Place
+from fitting.geometry import TINY, Array
+from fitting.primitives import Cone
+
+
+@dataclass(frozen=True, eq=False)
+class ConeExtents(Bounds):
+    """Where a cone begins and ends.
+
+    Attributes
+    ----------
+    start_height, end_height : from the apex along the axis; the start is the end nearer to the apex
+    start_radius, end_radius : of the circles there
+    start, end : (3,) their centres
+    apex_inside : the surface reaches the apex; then `start_height` and `start_radius` are 0
+    reference_direction : (3,) unit vector across the axis at which angles are 0; they grow from it towards
+        axis x reference_direction
+    start_angle, span : the arc, from `start_angle` in [0, 2 pi) on
+    full_turn : the arc is the whole circle; then it starts at 0
+    """
+
+    kind: ClassVar[str] = "cone"
+
+    start_height: Length
+    end_height: Length
+    start_radius: Length
+    end_radius: Length
+    start: Place
+    end: Place
+    apex_inside: bool
+    reference_direction: Array
+    start_angle: float
+    span: float
+    full_turn: bool
+
+    @classmethod
+    def of(cls, primitive: Cone, feet: Array, blur: float) -> "ConeExtents":
+        seen = Around.of(feet, primitive.apex, primitive.axis)
+        height = np.maximum(seen.height, 0.0)
+        # Squares of heights are areas: along them points are evenly dense.
+        steepness = 2.0 * blur * np.cos(primitive.half_angle)
+        low2, high2 = ends(height**2, (steepness * height.min(), steepness * height.max()))
+        inside = low2 * len(feet) <= CHANCE * (high2 - low2)
+        low, high = 0.0 if inside else float(np.sqrt(low2)), float(np.sqrt(high2))
+        steady = seen.steady
+        start, span, full = turn(seen.angle[steady], blur / max(float(np.median(seen.rho[steady])), TINY))
+        tangent = float(np.tan(primitive.half_angle))
+        arc, slant = span * tangent * (low + high) / 2.0, (high - low) / np.cos(primitive.half_angle)
+        along = (height**2 - low**2) / max(high**2 - low**2, TINY)
+        return cls(
+            area=float(arc * slant),
+            coverage=coverage(along, seen.share(start, span), slant / max(arc, TINY)),
+            start_height=low,
+            end_height=high,
+            start_radius=low * tangent,
+            end_radius=high * tangent,
+            start=primitive.apex + low * primitive.axis,
+            end=primitive.apex + high * primitive.axis,
+            apex_inside=bool(inside),
+            reference_direction=seen.reference,
+            start_angle=start,
+            span=span,
+            full_turn=full,
+        )

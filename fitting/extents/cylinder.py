@@ -1,0 +1,54 @@
+"""The part of a cylinder that holds points: between two heights and two angles."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from fitting.extents.around import Around
+from fitting.extents.spread import coverage, ends, turn
+from fitting.extents.values import Bounds, Length, Place
+from fitting.geometry import TINY, Array
+from fitting.primitives import Cylinder
+
+
+@dataclass(frozen=True, eq=False)
+class CylinderExtents(Bounds):
+    """Where a cylinder begins and ends.
+
+    Attributes
+    ----------
+    start, end : (3,) end points of the axis, in its direction
+    length : between them
+    reference_direction : (3,) unit vector across the axis at which angles are 0; they grow from it towards
+        axis x reference_direction
+    start_angle, span : the arc, from `start_angle` in [0, 2 pi) on
+    full_turn : the arc is the whole circle; then it starts at 0
+    """
+
+    kind: ClassVar[str] = "cylinder"
+
+    start: Place
+    end: Place
+    length: Length
+    reference_direction: Array
+    start_angle: float
+    span: float
+    full_turn: bool
+
+    @classmethod
+    def of(cls, primitive: Cylinder, feet: Array, blur: float) -> "CylinderExtents":
+        seen = Around.of(feet, primitive.point, primitive.axis)
+        low, high = ends(seen.height, (blur, blur))
+        start, span, full = turn(seen.angle, blur / primitive.radius)
+        tall, arc = high - low, span * primitive.radius
+        along = (seen.height - low) / max(tall, TINY)
+        return cls(
+            area=arc * tall,
+            coverage=coverage(along, seen.share(start, span), tall / max(arc, TINY)),
+            start=primitive.point + low * primitive.axis,
+            end=primitive.point + high * primitive.axis,
+            length=tall,
+            reference_direction=seen.reference,
+            start_angle=start,
+            span=span,
+            full_turn=full,
+        )

@@ -1,0 +1,57 @@
+"""What extents are made of: lengths, areas, points and directions that go from the frame to input units."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Annotated, Any, ClassVar, Self, get_type_hints
+
+import numpy as np
+
+from fitting.geometry import Array
+from fitting.normalize import Frame
+
+
+def _length(value: float, frame: Frame) -> float:
+    return frame.scale * value
+
+
+def _area(value: float, frame: Frame) -> float:
+    return frame.scale**2 * value
+
+
+def _place(value: Array, frame: Frame) -> Array:
+    return frame.center + frame.scale * value
+
+
+Length = Annotated[float, _length]
+Area = Annotated[float, _area]
+Place = Annotated[Array, _place]
+"""A point (3,), or several (K, 3). Directions and angles are the same in the frame and in input units."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """What the extents of all kinds have in common.
+
+    Attributes
+    ----------
+    area : of the trimmed surface
+    coverage : share of that area near which there are points; see `fitting.extents.spread.coverage`
+    """
+
+    kind: ClassVar[str]
+
+    area: Area
+    coverage: float
+
+    def restored(self, frame: Frame) -> Self:
+        """The same in the units of the input."""
+        hints = get_type_hints(type(self), include_extras=True)
+        units = {name: hint.__metadata__[0] for name, hint in hints.items() if hasattr(hint, "__metadata__")}
+        return replace(self, **{name: to(getattr(self, name), frame) for name, to in units.items()})
+
+    def values(self) -> dict[str, Any]:
+        """Plain values for the answer, `kind` first."""
+        plain: dict[str, Any] = {"kind": self.kind}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            plain[field.name] = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+        return plain

@@ -1,0 +1,96 @@
+"""One call, several artefacts: over HTTP as a ZIP, on the command line, in Python."""
+
+import io
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import primfit
+from app.cli import app
+from app.exports import FORMATS
+
+CSV = Path(__file__).parents[3] / "app" / "examples" / "cylinder.csv"
+
+
+def test_a_zip_holds_the_answer_and_the_artefacts(service: Any) -> None:
+    plain = service.post(CSV.read_bytes(), "text/csv")
+    response = service.post(CSV.read_bytes(), "text/csv", artifacts=",".join(FORMATS), unit="m")
+    assert response.status_code == 200, response.text
+    assert response.headers["content-type"] == "application/zip"
+    again = service.post(CSV.read_bytes(), "text/csv", artifacts=list(FORMATS), unit="m")
+    assert again.content == response.content
+    with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+        assert archive.testzip() is None
+        assert archive.namelist() == ["answer.json", *(format.file_name for format in FORMATS.values())]
+        assert archive.read("answer.json") == plain.content
+        assert b"SI_UNIT($,.METRE.)" in archive.read("primitive.step")
+        header, row = archive.read("primitive.csv").decode().splitlines()
+    body, written = plain.json(), dict(zip(header.split(","), row.split(","), strict=True))
+    assert written["kind"] == "cylinder" and written["status"] == "fitted"
+    assert float(written["radius"]) == body["primitive"]["radius"]
+    assert float(written["point_z"]) == body["primitive"]["point"][2]
+    assert float(written["rms"]) == body["error"]["rms"]
+
+
+@pytest.mark.parametrize(
+    ("query", "field"),
+    [
+        ({"artifacts": "step,dwg"}, "artifacts[1]"),
+        ({"artifacts": ""}, "artifacts[0]"),
+        ({"artifacts": "step", "unit": "furlong"}, "unit"),
+        ({"artifacts": "step", "unit": ["m", "mm"]}, "unit"),
+        ({"artifacts": "glb", "chord_error": "nan"}, "chord_error"),
+        ({"artifacts": "glb", "chord_error": "fine"}, "chord_error"),
+        ({"artifacts": "glb", "chord_error": "0"}, "chord_error"),
+        ({"unit": "m"}, "unit"),
+    ],
+)
+def test_bad_artefacts_are_named(service: Any, query: dict[str, Any], field: str) -> None:
+    response = service.post(CSV.read_bytes(), "text/csv", **query)
+    assert response.status_code == 422
+    assert response.json()["type"] == "urn:primfit:problem:invalid-options"
+    assert [error["field"] for error in response.json()["errors"]] == [field]
+
+
+def test_nothing_to_export_is_a_problem(service: Any) -> None:
+    flat = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0]
+    request = json.dumps({"points": flat.tolist(), "options": {"kinds": ["torus"]}}).encode()
+    response = service.post(request, "application/json", artifacts="step")
+    assert response.status_code == 422
+    assert response.json()["type"] == "urn:primfit:problem:nothing-to-export"
+
+
+def test_the_command_line_writes_the_same_bytes(tmp_path: Path) -> None:
+    flags = {"step": "--step", "glb": "--glb", "obj": "--obj", "stl": "--stl", "ply": "--ply-mesh"}
+    flags |= {"csv": "--csv-row", "shrec22": "--shrec22"}
+    assert flags.keys() == FORMATS.keys()
+    words = [word for name, flag in flags.items() for word in (flag, str(tmp_path / name))]
+    result = CliRunner().invoke(app, ["fit", "--json", "--unit", "inch", str(CSV), *words])
+    assert result.exit_code == 0, result.stderr
+    recognition = primfit.fit(np.loadtxt(CSV, delimiter=",", skiprows=2))
+    for name in flags:
+        assert (tmp_path / name).read_bytes() == primfit.export(recognition, name, unit="inch")
+
+
+def test_the_command_line_says_what_it_cannot_write(tmp_path: Path) -> None:
+    def complaint(*words: object) -> str:
+        result = CliRunner().invoke(app, ["fit", *map(str, words)])
+        assert result.exit_code == 2
+        return result.stderr
+
+    assert "of one FILE, not of 2" in complaint(CSV, CSV, "--step", tmp_path / "a")
+    assert "--chord-error: " in complaint(CSV, "--glb", tmp_path / "a", "--chord-error", "2")
+    assert "cannot be written: " in complaint(CSV, "--glb", tmp_path / "missing" / "a")
+    np.savetxt(tmp_path / "flat.csv", np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0])
+    assert "not written: " in complaint(tmp_path / "flat.csv", "--kind", "torus", "--step", tmp_path / "a")
+
+
+def test_unknown_formats_are_refused() -> None:
+    recognition = primfit.fit(np.loadtxt(CSV, delimiter=",", skiprows=2))
+    with pytest.raises(primfit.InvalidOptionError, match="allowed are step"):
+        primfit.export(recognition, "dwg")

@@ -1,0 +1,57 @@
+"""Meshes read back by trimesh: on the surface, of the right area, and closed where the shape is."""
+
+import io
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from app.exports import export
+from fitting.normalize import Frame
+from fitting.primitives import Sphere
+from tests.app.exports.test_step import PIECES, recognised
+
+CLOSED = ("full sphere", "full torus")
+
+
+def _loaded(content: bytes, file_type: str) -> Any:
+    mesh = trimesh.load(io.BytesIO(content), file_type=file_type, force="mesh")
+    if file_type == "stl":
+        mesh.merge_vertices()
+    return mesh
+
+
+@pytest.mark.parametrize("file_type", ["glb", "obj", "stl", "ply"])
+@pytest.mark.parametrize("name", PIECES)
+def test_meshes_are_the_trimmed_shape(name: str, file_type: str) -> None:
+    recognition = recognised(name)
+    content = export(recognition, file_type)
+    assert content == export(recognition, file_type)
+    mesh = _loaded(content, file_type)
+    assert recognition.primitive and recognition.extents
+    assert mesh.area == pytest.approx(recognition.extents.area, rel=0.01)
+    size = np.linalg.norm(mesh.extents)
+    assert np.abs(recognition.primitive.signed_distance(np.array(mesh.vertices))).max() < 1e-5 * size
+    assert np.abs(recognition.primitive.signed_distance(mesh.triangles_center)).max() < 1e-3 * size
+    outward = np.einsum("ij,ij->i", mesh.face_normals, recognition.primitive.gradient(mesh.triangles_center))
+    assert outward.min() > 0.9
+    assert mesh.is_watertight == (name in CLOSED)
+
+
+def test_a_smaller_chord_error_makes_more_triangles() -> None:
+    recognition = recognised("full torus")
+    coarse, fine = (_loaded(export(recognition, "ply", chord_error=e), "ply") for e in (1e-2, 1e-4))
+    assert len(fine.faces) > 20 * len(coarse.faces)
+    assert fine.volume == pytest.approx(2 * np.pi**2 * 20 * 6**2, rel=2e-3)
+
+
+def test_a_glb_far_from_the_origin_keeps_its_digits() -> None:
+    here = recognised("full sphere")
+    assert isinstance(here.primitive, Sphere) and here.extents
+    far = Frame(np.array([6e6, 5e5, 400.0]), 1.0)
+    moved = replace(here, primitive=far.restore(here.primitive), extents=here.extents.restored(far))
+    mesh = _loaded(export(moved, "glb"), "glb")
+    assert np.abs(moved.primitive.signed_distance(np.array(mesh.vertices))).max() < 1e-5
+    assert mesh.is_watertight
