@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from fitting.primitives import Primitive
+from fitting.uncertainty import Uncertainty
 
 Status = Literal["fitted", "ambiguous", "no_fit"]
 Outcome = Literal["accepted", "refused", "failed"]
@@ -72,6 +73,7 @@ class Recognition:
 
     `primitive` is the accepted one; with status `ambiguous` the first of several (the rest stand in
     `alternatives`), with `no_fit` the best try, and None only if every attempt failed.
+    `uncertainty` says how well it is known; None with `no_fit`, and under a criterion of extreme points.
     `active_constraints` says how each constraint acts on it, by name: `{"radius": "at its upper bound 5.0"}`.
     """
 
@@ -84,6 +86,7 @@ class Recognition:
     message: str
     n_points: int
     active_constraints: Mapping[str, str] = field(default_factory=dict)
+    uncertainty: Uncertainty | None = None
 
 
 @dataclass(frozen=True)
