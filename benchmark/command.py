@@ -10,10 +10,13 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from benchmark.cases import CASE_SETS, Case, CaseSet
+from benchmark.coverage import measure
 from benchmark.methods import METHODS, PEERS
 from benchmark.options import make_parser
 from benchmark.records import Record, RecordsFile
 from benchmark.report import MissingMatplotlibError, NoRecordsError, write
+from benchmark.report.coverage import write_coverage
+from benchmark.report.pictures import require_matplotlib
 from benchmark.runner import Child, MethodError, Work, begin, interpreter, introduce, run
 from benchmark.summary import summary, wrong_line
 from benchmark.track import TRACK, TrackError, TrackFolder
@@ -24,7 +27,7 @@ BAD_INPUT, INTERRUPTED = 2, 130
 
 def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
     """The command with these arguments; returns its exit status."""
-    parser = make_parser(program, run_action, report_action)
+    parser = make_parser(program, run_action, report_action, coverage_action)
     options = parser.parse_args(arguments)
     if not hasattr(options, "action"):
         parser.print_help()
@@ -42,6 +45,14 @@ def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench"
 def report_action(options: argparse.Namespace) -> int:
     path = write(RecordsFile(options.records), options.out)
     print(f"written: {path}, benchmark-details.md and images/ beside it")
+    return 0
+
+
+def coverage_action(options: argparse.Namespace) -> int:
+    require_matplotlib()
+    found = measure(options.n, options.seed, options.processes)
+    command = f"primfit bench coverage --n {options.n} --seed {options.seed}"
+    print(f"written: {write_coverage(found, command, options.out)} and images/ beside it")
     return 0
 
 

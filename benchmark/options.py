@@ -18,8 +18,10 @@ LONGEST = 86400.0
 """Seconds that an answer may be waited for at most."""
 
 
-def make_parser(program: str, run: Callable[..., int], report: Callable[..., int]) -> argparse.ArgumentParser:
-    """A parser whose result holds `action`, one of the two functions, which takes the result."""
+def make_parser(
+    program: str, run: Callable[..., int], report: Callable[..., int], coverage: Callable[..., int]
+) -> argparse.ArgumentParser:
+    """A parser whose result holds `action`, one of the three functions, which takes the result."""
     parser = argparse.ArgumentParser(
         prog=program,
         description="Measure primfit and what others make on the same clouds, and write the report.",
@@ -29,13 +31,15 @@ def make_parser(program: str, run: Callable[..., int], report: Callable[..., int
   {program} run --shrec22 DIR         a folder in the layout of the SHREC 2022 track
   {program} run --full --peers        everything, a few hours; goes on where it was cut off
   {program} report                    tables and pictures from the records
+  {program} coverage --n 100          do the 95 % intervals hold the truth?
 
 `{program} run --help` lists the sets and the methods. docs/benchmarking.md explains them.""",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    actions = parser.add_subparsers(title="actions", metavar="run | report")
+    actions = parser.add_subparsers(title="actions", metavar="run | report | coverage")
     _add_run(actions).set_defaults(action=run)
     _add_report(actions).set_defaults(action=report)
+    _add_coverage(actions).set_defaults(action=coverage)
     return parser
 
 
@@ -79,6 +83,27 @@ def _add_report(actions: Any) -> argparse.ArgumentParser:
     for name, default, what in (("records", FOLDER, "records"), ("out", FOLDER / "report", "report")):
         text = f"folder of the {what} (default: {default})"
         parser.add_argument(f"--{name}", type=Path, default=default, metavar="DIR", help=text)
+    return parser
+
+
+def _add_coverage(actions: Any) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(
+        "coverage",
+        help="do the 95 %% intervals hold the truth, and do warnings come when they should?",
+        description="Fit clouds whose truth and noise are known, and write uncertainty-coverage.md and "
+        "images/uncertainty-coverage.png.",
+    )
+    add = parser.add_argument
+    add(
+        "--n",
+        type=_whole_from_1,
+        default=100,
+        metavar="N",
+        help="clouds of each kind and noise (default: 100)",
+    )
+    add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
+    add("--processes", type=_whole_from_1, default=1, metavar="N", help="that share the work (default: 1)")
+    add("--out", type=Path, default=FOLDER / "report", metavar="DIR", help="folder of both files")
     return parser
 
 

@@ -2,7 +2,7 @@
 
 Differences between close points keep what a fit took up of smooth noise out of the variogram
 gamma(h) = 1/2 E (z_i - z_j)^2,  which correlations of residuals do not.
-Source: Cressie, "Statistics for spatial data", 1993, sections 2.4 and 2.6 (variogram, weighted least squares).
+Source: Cressie, "Statistics for spatial data", 1993, sections 2.4 and 2.6.
 """
 
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from scipy.spatial.distance import pdist, squareform
 
 from fitting.geometry import TINY, Array
 
-ANCHORS = 256
-NEIGHBOURS = (4, 16)
+ANCHORS = 192
+NEIGHBOURS = (4, 12)
 """So many points are compared with so many next to each: few see short correlations, many see weak ones."""
 
 SIGNIFICANT = 3.5
@@ -27,7 +27,7 @@ PAIRED = 512
 BINS = 20
 LENGTHS = 24
 REACH = 0.35
-"""Distances, in sizes of the cloud, up to which the variogram is taken; correlation lengths end there, too."""
+"""Distances, in sizes of the cloud, up to which the variogram is taken and correlation lengths are tried."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def correlation_of(feet: Array, values: Array, order: np.ndarray) -> Correlation
 
     `order` (S,) holds indices of the points in random order.
     """
-    tree = cKDTree(feet, balanced_tree=False, compact_nodes=False)
+    tree = cKDTree(feet, leafsize=32, balanced_tree=False, compact_nodes=False)
     anchors = order[:ANCHORS]
     most = min(NEIGHBOURS[-1] + 1, len(feet))
     distance, other = tree.query(feet[anchors], k=most)
@@ -96,12 +96,13 @@ def _fitted(distance: Array, half_square: Array) -> Correlation | None:
     height = np.bincount(place, distance, BINS + 1)[:BINS][some] / count[some]
     gamma = np.bincount(place, half_square, BINS + 1)[:BINS][some] / count[some]
     weight = np.sqrt(count[some])
-    best, least = None, np.inf
+    best: Correlation | None = None
+    least = np.inf
     for power in (1, 2):
         for length in np.geomspace(shortest, reach, LENGTHS):
             model = 1.0 - np.exp(-((height / length) ** power))
             nugget, sill = _two_positive(model, gamma, weight)
-            cost = float(np.sum(weight * (nugget + sill * model - gamma) ** 2))
+            cost = float(weight @ (nugget + sill * model - gamma) ** 2)
             if cost < least and sill > 0.0:
                 variance = nugget + sill
                 best, least = Correlation(float(length), sill / variance, power, variance), cost

@@ -12,6 +12,7 @@ J. Econometrics 92, 1999, here with a fitted correlation function.
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -77,7 +78,7 @@ class Linear:
         factors: Array | None,
         free: Array,
         copies: float = 1.0,
-    ) -> "Linear":
+    ) -> Self:
         distance, jacobian = linearize(primitive, points)
         feet = points - distance[:, None] * primitive.gradient(points)
         if factors is not None:
@@ -102,7 +103,10 @@ class Linear:
     def known(self, noise: float) -> StepCovariance | None:
         """Under independent noise of a known standard deviation."""
         bread = self.bread()
-        return None if bread is None else self._lifted(noise**2 * bread, bread, noise, len(self.rows))
+        if bread is None:
+            return None
+        meat = noise**2 * self.copies * (self.rows.T @ self.rows)
+        return self._lifted(bread @ meat @ bread, bread, noise, self.copies * len(self.rows))
 
     def equal(self) -> StepCovariance | None:
         """Under independent noise, the same at each point, estimated from what is left over."""
@@ -117,7 +121,7 @@ class Linear:
         bread = self.bread()
         if bread is None:
             return None
-        leverage = self.copies * self.slope * np.einsum("ni,ij,nj->n", self.rows, bread, self.rows)
+        leverage = self.copies * self.slope * np.sum((self.rows @ bread) * self.rows, axis=1)
         squared = self.pull**2 / (1.0 - np.clip(leverage, 0.0, MOST_LEVERAGE))
         meat = self.copies * (self.rows.T @ (squared[:, None] * self.rows))
         noise, effective = float(np.sqrt(squared.mean())), self.copies * len(self.rows)
@@ -151,6 +155,4 @@ class Linear:
         correlation: Correlation | None = None,
     ) -> StepCovariance:
         free = self.free
-        return StepCovariance(
-            free @ matrix @ free.T, free @ bread @ free.T, noise, effective, correlation
-        )
+        return StepCovariance(free @ matrix @ free.T, free @ bread @ free.T, noise, effective, correlation)

@@ -41,7 +41,7 @@ APEX_TRIPLES = 24
 
 TOUCHES = 1e-9
 TOUCHES_ANGLE = 1e-9
-"""A number this close to its bound, relatively, is at it; an axis this close [rad] to its largest angle, too."""
+"""A number this close to its bound, relatively, is at it; so is an axis this close [rad] to its limit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +116,7 @@ class Limits:
         return replace(self, frozen=frozen, low=low, high=high)
 
     def active(self, row: Array) -> dict[str, tuple[bool, bool]]:
-        """The numbers of a row (9,) that are at a bound: whether they are fixed, and whether it is the upper."""
+        """Which numbers of a row (9,) are at a bound: whether they are fixed, and whether it is the upper."""
         found = {}
         for (kind, name), (component, place) in NUMBERS.items():
             if kind != self.kind:
@@ -127,7 +127,7 @@ class Limits:
         return found
 
     def free_steps(self, row: Array, dof: int) -> Array:
-        """Orthonormal directions (dof, k) of the steps from a row (9,) that no fixed or active limit holds."""
+        """Orthonormal directions (dof, k) of the steps from a row (9,) that no active limit holds."""
         held = [np.eye(dof)[component] for component in np.flatnonzero(self.frozen[:dof])]
         held += [np.eye(dof)[NUMBERS[self.kind, name][0]] for name in self.active(row)]
         if self.reference is not None and self.max_angle > 0.0:

@@ -18,6 +18,9 @@ from fitting.noise import is_normal, trimmed_scale
 from fitting.primitives import Primitive
 from fitting.profile import Cost
 
+UNEVEN = 200
+"""Points from which the noise may differ from point to point and agree between neighbours: fewer tell too little."""
+
 UPPER = 0.975
 """Share of the cases that are below the upper end of a 95 % interval."""
 
@@ -79,27 +82,31 @@ class Optimum:
         return self._linear(self.limits)
 
     def covariance(self, linear: Linear) -> StepCovariance | None:
-        """Of a step: that of the rounding, that of noise the same everywhere where points are few, else that
-        of uneven noise. None where nothing is left to estimate the noise from."""
+        """Of a step: of the rounding, of noise that is the same everywhere where points are few, else of
+        uneven noise. None where nothing is left to estimate the noise from."""
         if len(self.cloud.working) <= self.primitive.dof:
             return None
         if self.exact:
             return linear.known(ROUNDING_NOISE * self.cloud.tolerance)
-        return linear.equal() if self.small else linear.uneven(self.cloud.sample)
+        few = len(self.cost.points) < UNEVEN
+        return linear.equal() if few else linear.uneven(self.cloud.sample)
 
     def released(self, name: str) -> StepCovariance | None:
         """The same if the number of this name were free."""
         return None if self.limits is None else self.covariance(self._linear(self.limits.releasing(name)))
 
     def quantile(self, steps: StepCovariance) -> float:
-        """Half the width of a 95 % interval in standard deviations: Student's t, as the noise is estimated."""
+        """Half of a 95 % interval in standard deviations: Student's t, as the noise is estimated."""
         return float(
             ndtri(UPPER) if self.exact else stdtrit(max(steps.effective_points - self.dof, 1.0), UPPER)
         )
 
     def by_step(self) -> Array:
         """Derivatives (P, dof) of the numbers of the answer, in input units, by a step."""
-        names, center = names_of(self.primitive.kind), np.zeros(3) if self.limits is None else -self.limits.pivot
+        names, center = (
+            names_of(self.primitive.kind),
+            np.zeros(3) if self.limits is None else -self.limits.pivot,
+        )
         units = np.where([is_length(name) for name in names], self.cloud.frame.scale, 1.0)
         return units[:, None] * derivative(self.primitive, center)
 

@@ -1,4 +1,4 @@
-"""How far one number of a surface may go before the points object, all others following: a profile.
+"""How far one number of a surface may go before the points object, the others following: a profile.
 
 On short arcs the interval of a radius is not symmetric: much larger ones fit nearly as well, much smaller ones
 do not.
@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.geometry import Array
 from fitting.kernels import Kernel
-from fitting.limits import NUMBERS, Limits
+from fitting.limits import Limits
 from fitting.primitives import PRIMITIVES, Primitive
 from fitting.refine import refine
 
@@ -49,7 +49,9 @@ class Path:
     high: Primitive | None
 
 
-def path_of(primitive: Primitive, name: str, deviation: float, quantile: float, rise: float, cost: Cost) -> Path:
+def path_of(
+    primitive: Primitive, name: str, deviation: float, quantile: float, rise: float, cost: Cost
+) -> Path:
     """The profile of a number to where the cost has risen.
 
     Parameters
@@ -67,8 +69,7 @@ def path_of(primitive: Primitive, name: str, deviation: float, quantile: float, 
 
 
 class _Follower:
-    """The surface at a coordinate of the number in which its cost is nearly a parabola: the curvature 1 / r of
-    a radius, a half-angle itself."""
+    """The surface by a coordinate in which its cost is nearly a parabola: 1 / r of a radius, a half-angle."""
 
     def __init__(self, primitive: Primitive, name: str, cost: Cost) -> None:
         self.start, self.name, self.cost = primitive, name, cost

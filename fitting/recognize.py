@@ -233,9 +233,7 @@ def _reconsidered(tried: _Try) -> _Try:
     """The try as one that competes if it was only suspect."""
     if tried.standing != Standing.SUSPECT:
         return tried
-    return replace(
-        tried, attempt=replace(tried.attempt, outcome="accepted"), standing=Standing.DOUBTFUL
-    )
+    return replace(tried, attempt=replace(tried.attempt, outcome="accepted"), standing=Standing.DOUBTFUL)
 
 
 def _best(candidates: list[_Try]) -> _Try:

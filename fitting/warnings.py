@@ -11,7 +11,7 @@ WarningCode = Literal[
 ]
 
 SHORT_ARC, HALF_TURN = 60.0, 180.0
-"""Degrees of arc below which a curved surface is weakly determined, and below which one side of it is missing."""
+"""Degrees of arc below which a curved surface is weakly determined, and below which one side is missing."""
 
 WEAK_AXIS = np.radians(2.0)
 """Half-width of the 95 % cone about an axis or normal [rad] beyond which it is weakly determined."""
