@@ -75,6 +75,7 @@ def _findings(
         kind=optimum.primitive.kind,
         n_points=len(optimum.cloud.working),
         dof=optimum.primitive.dof,
+        determined=answer is not None,
         few=optimum.small,
         arcs=arcs_of(optimum.primitive, linear.feet[optimum.inlier]),
         sizes={

@@ -117,5 +117,5 @@ def _two_positive(model: Array, target: Array, weight: Array) -> tuple[float, fl
     a = (square * moment - mean * product) / (determinant + TINY)
     b = (total * product - mean * moment) / (determinant + TINY)
     if a < 0.0:
-        return 0.0, float(max(product / (square + TINY), 0.0))
+        return 0.0, max(float(product / (square + TINY)), 0.0)
     return (float(a), float(b)) if b > 0.0 else (float(moment / total), 0.0)

@@ -19,7 +19,7 @@ from fitting.primitives import Primitive
 from fitting.profile import Cost
 
 UNEVEN = 200
-"""Points from which the noise may differ from point to point and agree between neighbours: fewer tell too little."""
+"""Points from which noise that differs from point to point, or agrees between neighbours, can be told."""
 
 UPPER = 0.975
 """Share of the cases that are below the upper end of a 95 % interval."""

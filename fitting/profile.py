@@ -1,7 +1,7 @@
 """How far one number of a surface may go before the points object, the others following: a profile.
 
-On short arcs the interval of a radius is not symmetric: much larger ones fit nearly as well, much smaller ones
-do not.
+On short arcs the interval of a radius is not symmetric: much larger ones fit nearly as well, and much
+smaller ones do not.
 Source: Bates and Watts, "Nonlinear regression analysis and its applications", 1988, section 6.1.
 """
 
@@ -100,10 +100,10 @@ def _end(follow: _Follower, step: float, target: float) -> Primitive | None:
     for _ in range(ROUNDS):
         coordinate = min(max(coordinate, follow.lowest), follow.highest)
         near, root = follow.at(coordinate, near)
+        if root <= (1.0 + CLOSE) * target and coordinate in (follow.lowest, follow.highest):
+            return None
         if abs(root - target) <= CLOSE * target:
             return near
-        if root < target and coordinate in (follow.lowest, follow.highest):
-            return None
         slope = (root - reached) / (coordinate - before) if coordinate != before else 0.0
         before, reached = coordinate, root
         move = (target - root) / slope if slope * step > 0.0 else step

@@ -7,7 +7,14 @@ from typing import Literal
 import numpy as np
 
 WarningCode = Literal[
-    "minimal_sample", "few_points", "short_arc", "one_sided", "weak_axis", "weak_size", "correlated_noise"
+    "minimal_sample",
+    "undetermined",
+    "few_points",
+    "short_arc",
+    "one_sided",
+    "weak_axis",
+    "weak_size",
+    "correlated_noise",
 ]
 
 SHORT_ARC, HALF_TURN = 60.0, 180.0
@@ -38,6 +45,7 @@ class Findings:
     ----------
     kind : of the answer
     n_points, dof : points that were counted, and how many determine the kind
+    determined : the points leave none of its numbers open
     few : fewer than are needed to reject any of them
     arcs : degrees that they cover, by how they are counted
     sizes : 95 % intervals of the sizes that are not held, with the values between their ends
@@ -48,6 +56,7 @@ class Findings:
     kind: str
     n_points: int
     dof: int
+    determined: bool
     few: bool
     arcs: Mapping[str, float]
     sizes: Mapping[str, tuple[float, Ends]]
@@ -74,6 +83,10 @@ def _points(found: Findings) -> Iterator[Warning]:
             "nothing is known of its uncertainty"
         )
         yield Warning("minimal_sample", message)
+    elif not found.determined:
+        yield Warning(
+            "undetermined", f"the points leave the {found.kind} open: its numbers have no intervals"
+        )
     elif found.few:
         message = (
             f"{found.n_points} points for {found.dof} parameters: the noise is estimated from "

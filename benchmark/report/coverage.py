@@ -45,8 +45,8 @@ def _lines(found: Sequence[Outcome], command: str) -> list[str]:
         "",
         *table(("noise", "kind", "clouds", *NUMBERS), _coverage_rows(found), 2),
         "",
-        "Behind the stroke: root mean square error over the Cramér-Rao value. *Clouds*: answered with intervals, "
-        "of those drawn.",
+        "Behind the stroke: root mean square error over the Cramér-Rao value, where no interval is a "
+        "profile. *Clouds*: answered with intervals, of those drawn.",
         "",
         "## How often warnings appear",
         "",
