@@ -109,4 +109,5 @@ def _summary(summary: ErrorSummary | NoiseSummary | None) -> dict[str, float | N
 
 
 def _uncertainty(found: Uncertainty | None) -> dict[str, Any] | None:
-    return None if found is None else asdict(found)
+    """In lists, as JSON has it."""
+    return None if found is None else orjson.loads(to_json(asdict(found)))
