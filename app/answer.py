@@ -15,6 +15,7 @@ from fitting.constraints import Constraints
 from fitting.guess import guess_of
 from fitting.primitives import KINDS, Primitive, parameters
 from fitting.result import Attempt, ErrorSummary, NoiseSummary, Recognition
+from fitting.uncertainty import Uncertainty
 from models import load_classifier
 
 
@@ -33,7 +34,7 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
         "alternatives": [parameters(primitive) for primitive in recognition.alternatives],
         "message": recognition.message,
         "extents": recognition.extents and recognition.extents.values(),
-        "uncertainty": None,
+        "uncertainty": _uncertainty(recognition.uncertainty),
         "error": _summary(recognition.error),
         "noise": _summary(recognition.noise),
         "active_constraints": dict(recognition.active_constraints),
@@ -105,3 +106,8 @@ def _primitive(primitive: Primitive | None) -> dict[str, Any] | None:
 
 def _summary(summary: ErrorSummary | NoiseSummary | None) -> dict[str, float | None] | None:
     return None if summary is None else asdict(summary)
+
+
+def _uncertainty(found: Uncertainty | None) -> dict[str, Any] | None:
+    """In lists, as JSON has it."""
+    return None if found is None else orjson.loads(to_json(asdict(found)))

@@ -119,13 +119,17 @@ def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[
     recognition = fit_cloud(cloud, options)
     content = answer(recognition, cloud, options)
     primitive = content["primitive"]
-    return recognition, content, {
-        "fit_status": content["status"],
-        "fit_kind": None if primitive is None else primitive["kind"],
-        "n_points": content["receipt"]["n_points"],
-        "attempts": len(content["attempts"]),
-        "fit_seconds": round(perf_counter() - started, 4),
-    }
+    return (
+        recognition,
+        content,
+        {
+            "fit_status": content["status"],
+            "fit_kind": None if primitive is None else primitive["kind"],
+            "n_points": content["receipt"]["n_points"],
+            "attempts": len(content["attempts"]),
+            "fit_seconds": round(perf_counter() - started, 4),
+        },
+    )
 
 
 def _read(body: bytes | memoryview, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:

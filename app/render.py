@@ -36,6 +36,8 @@ def render(name: str, body: Mapping[str, Any]) -> RenderableType:
     parts += [Padding(_parameters(other, "or"), (1, 0, 0, 0)) for other in body["alternatives"]]
     if body["extents"] is not None:
         parts.append(Padding(_extents(body["extents"]), (1, 0, 0, 0)))
+    if body["uncertainty"] is not None:
+        parts.append(Padding(_uncertainty(body["uncertainty"]), (1, 0, 0, 0)))
     if body["error"] is not None:
         parts.append(Padding(_error(body["error"], body["noise"]), (1, 0, 0, 0)))
     if body["active_constraints"]:
@@ -97,6 +99,33 @@ _SHAPES: dict[str, Callable[[Mapping[str, Any]], list[str]]] = {
     ],
     "torus": lambda of: [f"around the axis {_arc(of)}", f"around the tube {_arc(of, 'tube_')}"],
 }
+
+
+def _uncertainty(known: Mapping[str, Any]) -> Table:
+    """95 % intervals of the sizes, the direction and the position, and the warnings."""
+    grid = _grid()
+    rows = [
+        (name, _between(interval))
+        for name, interval in known["intervals"].items()
+        if "." not in name and interval["method"] != "held"
+    ]
+    if known["direction"] is not None:
+        rows.append(("direction", f"within {math.degrees(known['direction']['radius_95']):.3g} degrees"))
+    if known["position"] is not None:
+        rows.append(("position", f"within {known['position']['radius_95']:.3g}"))
+    for i, (name, told) in enumerate(rows):
+        grid.add_row("" if i else "95 %", f"{name.replace('_', ' ')} {told}")
+    for warning in known["warnings"]:
+        grid.add_row(Text("warning", "yellow"), warning["message"])
+    return grid
+
+
+def _between(interval: Mapping[str, Any]) -> str:
+    low, high = interval["low"], interval["high"]
+    if low is None or high is None:
+        known = [f"{word} {_plain(end)}" for word, end in (("from", low), ("to", high)) if end is not None]
+        return " ".join(known) or "not bounded by the points"
+    return f"{_plain(low)} to {_plain(high)}"
 
 
 def _error(error: Mapping[str, float], noise: Mapping[str, float | None]) -> Table:

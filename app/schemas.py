@@ -11,6 +11,8 @@ from typing_extensions import TypeAliasType
 
 from app.readers.encoded import DtypeName
 from fitting.config import Criterion
+from fitting.uncertainty import Method, NoiseModelName
+from fitting.warnings import WarningCode
 
 KindName = TypeAliasType("KindName", Literal["plane", "sphere", "cylinder", "cone", "torus"])
 ClassifierName = TypeAliasType("ClassifierName", Literal["network", "knn", "none"])
@@ -320,6 +322,67 @@ class NoiseSummary(BaseModel):
     )
 
 
+class Interval(BaseModel):
+    """A 95 % interval of one number, in the unit of the input or in radians."""
+
+    low: float | None = Field(description="null where the points do not bound it")
+    high: float | None = Field(description="null where the points do not bound it")
+    standard_deviation: float = Field(description="by linearisation")
+    method: Method = Field(
+        description="`linear`: symmetric; `profile`: how far a size may go, the others following, before the "
+        "points object; `held`: by constraints; `bound`: from an active bound to where the points would go"
+    )
+
+
+class Spread(BaseModel):
+    """How far off a direction (radians) or a position (length) may be."""
+
+    radius_95: float = Field(description="in 95 of 100 cases at most so far")
+    standard_deviations: list[float] = Field(
+        min_length=1, max_length=2, description="in its principal directions, the larger first"
+    )
+
+
+class CorrelatedNoise(BaseModel):
+    """Noise whose correlation at distance h is `share` times exp(-(h / length)^power)."""
+
+    length: float
+    share: float = Field(description="of the variance; the rest is each point's own")
+    power: Literal[1, 2]
+    effective_points: float = Field(description="points with independent noise that would tell as much")
+
+
+class UncertaintyWarning(BaseModel):
+    """One thing to beware of."""
+
+    code: WarningCode
+    message: str
+
+
+class Uncertainty(BaseModel):
+    """How well the numbers of the primitive are known, in the unit of the input and in radians."""
+
+    noise_model: NoiseModelName = Field(
+        description="`exact`: the rounding of the coordinates is all there is; `independent` or `correlated` "
+        "between neighbours; `unknown`: no points are left to estimate it from"
+    )
+    correlation: CorrelatedNoise | None
+    parameters: list[str] = Field(
+        description="names of the numbers, vectors by component",
+        examples=[["axis.x", "axis.y", "axis.z", "point.x", "point.y", "point.z", "radius"]],
+    )
+    covariance: list[list[float]] | None = Field(
+        description="of `parameters`; singular, as a direction has length 1 and a `point` is the one closest "
+        "to the centroid. Null where the noise is unknown"
+    )
+    intervals: dict[str, Interval] = Field(description="by name; `direction` stands for an axis or normal")
+    direction: Spread | None = Field(description="of the axis or normal")
+    position: Spread | None = Field(
+        description="of the axis of a cylinder, or of a plane, across it at its `point`"
+    )
+    warnings: list[UncertaintyWarning]
+
+
 class Attempt(BaseModel):
     """One kind that was tried."""
 
@@ -379,7 +442,10 @@ class FitAnswer(BaseModel):
     extents: Extents | None = Field(
         description="where `primitive` begins and ends; null without one, or if its points span no surface"
     )
-    uncertainty: dict[str, Any] | None = Field(description="null in this version")
+    uncertainty: Uncertainty | None = Field(
+        description="how well `primitive` is known; null with `no_fit`, and with `minimum_zone`, "
+        "`minimum_circumscribed` and `maximum_inscribed`"
+    )
     error: ErrorSummary | None
     noise: NoiseSummary | None
     active_constraints: dict[str, str] = Field(

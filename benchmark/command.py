@@ -9,12 +9,14 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from benchmark import coverage
 from benchmark.cases import CASE_SETS, Case, CaseSet
 from benchmark.methods import METHODS, PEERS
 from benchmark.options import make_parser
 from benchmark.records import Record, RecordsFile
 from benchmark.report import MissingMatplotlibError, NoRecordsError, write
 from benchmark.report.added import draw_added
+from benchmark.report.coverage import write_coverage
 from benchmark.report.pictures import require_matplotlib
 from benchmark.runner import Child, MethodError, Work, begin, interpreter, introduce, run
 from benchmark.service import ServiceError, busy, measure, table
@@ -27,7 +29,7 @@ BAD_INPUT, INTERRUPTED = 2, 130
 
 def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
     """The command with these arguments; returns its exit status."""
-    parser = make_parser(program, run_action, report_action, service_action)
+    parser = make_parser(program, run_action, report_action, service_action, coverage_action)
     options = parser.parse_args(arguments)
     if not hasattr(options, "action"):
         parser.print_help()
@@ -57,6 +59,14 @@ def service_action(options: argparse.Namespace) -> int:
     print(table(rows), warning, sep="\n")
     if options.picture:
         draw_added(rows, options.picture)
+    return 0
+
+
+def coverage_action(options: argparse.Namespace) -> int:
+    require_matplotlib()
+    found = coverage.measure(options.n, options.seed, options.processes)
+    command = f"primfit bench coverage --n {options.n} --seed {options.seed}"
+    print(f"written: {write_coverage(found, command, options.out)} and images/ beside it")
     return 0
 
 

@@ -19,7 +19,11 @@ LONGEST = 86400.0
 
 
 def make_parser(
-    program: str, run: Callable[..., int], report: Callable[..., int], service: Callable[..., int]
+    program: str,
+    run: Callable[..., int],
+    report: Callable[..., int],
+    service: Callable[..., int],
+    coverage: Callable[..., int],
 ) -> argparse.ArgumentParser:
     """A parser whose result holds `action`, one of the functions, which takes the result."""
     parser = argparse.ArgumentParser(
@@ -32,14 +36,16 @@ def make_parser(
   {program} run --full --peers        everything, a few hours; goes on where it was cut off
   {program} report                    tables and pictures from the records
   {program} service                   what a request to the service takes more than the fit alone
+  {program} coverage --n 100          do the 95 % intervals hold the truth?
 
 `{program} run --help` lists the sets and the methods. docs/benchmarking.md explains them.""",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    actions = parser.add_subparsers(title="actions", metavar="run | report | service")
+    actions = parser.add_subparsers(title="actions", metavar="run | report | service | coverage")
     _add_run(actions).set_defaults(action=run)
     _add_report(actions).set_defaults(action=report)
     _add_service(actions).set_defaults(action=service)
+    _add_coverage(actions).set_defaults(action=coverage)
     return parser
 
 
@@ -97,6 +103,27 @@ def _add_service(actions: Any) -> argparse.ArgumentParser:
     add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
     add("--out", type=Path, default=FOLDER, metavar="DIR", help=f"folder of service.log (default: {FOLDER})")
     add("--picture", type=Path, metavar="FILE", help="draw the figure of docs/benchmarking.md")
+    return parser
+
+
+def _add_coverage(actions: Any) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(
+        "coverage",
+        help="do the 95 %% intervals hold the truth, and do warnings come when they should?",
+        description="Fit clouds whose truth and noise are known, and write uncertainty-coverage.md and "
+        "images/uncertainty-coverage.png.",
+    )
+    add = parser.add_argument
+    add(
+        "--n",
+        type=_whole_from_1,
+        default=100,
+        metavar="N",
+        help="clouds of each kind and noise (default: 100)",
+    )
+    add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
+    add("--processes", type=_whole_from_1, default=1, metavar="N", help="that share the work (default: 1)")
+    add("--out", type=Path, default=FOLDER / "report", metavar="DIR", help="folder of both files")
     return parser
 
 

@@ -2,6 +2,8 @@
 
 from enum import IntEnum
 
+import numpy as np
+
 from fitting import _descent
 from fitting.geometry import Array
 
@@ -35,3 +37,14 @@ class Kernel(IntEnum):
     def weight(self, squared: Array) -> Array:
         """rho'(x) / x: 1 at 0, the weight of a residual in a least squares step."""
         return _descent.costs(self, squared)[1]
+
+    def slope(self, squared: Array) -> Array:
+        """rho''(x): what the pull of a residual grows by, 1 at 0 and negative where the kernel redescends."""
+        if self == Kernel.LEAST_SQUARES:
+            return np.ones_like(squared)
+        if self == Kernel.HUBER:
+            return np.asarray(squared <= 1.0, np.float64)
+        if self == Kernel.TUKEY:
+            share = squared / CUTOFF**2
+            return np.where(share < 1.0, (1.0 - share) * (1.0 - 5.0 * share), 0.0)
+        return (1.0 - 3.0 * squared) / (1.0 + squared) ** 3

@@ -4,14 +4,14 @@ A fixed centre, apex or point becomes the origin of the frame: the foot of the o
 point itself, tilts turn about it, and fixing it means not to shift.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 
 from fitting.axes import Seen, random_subsets, revolution_axis
 from fitting.constraints import Constraints, Direction, Range
-from fitting.geometry import TINY, Z_AXIS, Array, around_axis, cross, foot_of_origin, rows, unit
+from fitting.geometry import TINY, Z_AXIS, Array, around_axis, basis, cross, foot_of_origin, rows, unit
 from fitting.normalize import Frame
 from fitting.primitives import Cone, Cylinder, Primitive, Torus
 
@@ -38,6 +38,10 @@ NUMBERS: dict[tuple[str, str], tuple[int, int]] = {
 """Kind and parameter -> component of a step, and place in a row."""
 
 APEX_TRIPLES = 24
+
+TOUCHES = 1e-9
+TOUCHES_ANGLE = 1e-9
+"""A number this close to its bound, relatively, is at it; so is an axis this close [rad] to its limit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +93,52 @@ class Limits:
                 frozen[list(SHIFTS[kind])] = True
         return cls(kind, pivot, pinned, frozen, low, high, reference, max_angle)
 
+    @classmethod
+    def free(cls, kind: str) -> Self:
+        """Limits that limit nothing."""
+        frozen, low = np.zeros(MOST_COORDINATES, bool), np.full(3, -np.inf)
+        return cls(kind, np.zeros(3), False, frozen, low, -low, None, np.inf)
+
+    def holding(self, name: str, value: float) -> Self:
+        """These limits with a radius or half-angle, in the frame, held at a value, too."""
+        component, place = NUMBERS[self.kind, name]
+        frozen, low, high = self.frozen.copy(), self.low.copy(), self.high.copy()
+        frozen[component] = True
+        low[place - 6] = high[place - 6] = value
+        return replace(self, frozen=frozen, low=low, high=high)
+
+    def releasing(self, name: str) -> Self:
+        """These limits without the one on a radius or half-angle."""
+        component, place = NUMBERS[self.kind, name]
+        frozen, low, high = self.frozen.copy(), self.low.copy(), self.high.copy()
+        frozen[component] = False
+        low[place - 6], high[place - 6] = -np.inf, np.inf
+        return replace(self, frozen=frozen, low=low, high=high)
+
+    def active(self, row: Array) -> dict[str, tuple[bool, bool]]:
+        """Which numbers of a row (9,) are at a bound: whether they are fixed, and whether it is the upper."""
+        found = {}
+        for (kind, name), (component, place) in NUMBERS.items():
+            if kind != self.kind:
+                continue
+            for bound, upper in ((self.low[place - 6], False), (self.high[place - 6], True)):
+                if abs(row[place] - bound) <= TOUCHES * abs(bound) < np.inf:
+                    found[name] = (bool(self.frozen[component]), upper)
+        return found
+
+    def free_steps(self, row: Array, dof: int) -> Array:
+        """Orthonormal directions (dof, k) of the steps from a row (9,) that no active limit holds."""
+        held = [np.eye(dof)[component] for component in np.flatnonzero(self.frozen[:dof])]
+        held += [np.eye(dof)[NUMBERS[self.kind, name][0]] for name in self.active(row)]
+        if self.reference is not None and self.max_angle > 0.0:
+            towards = np.array(basis(row[:3])) @ self.reference
+            if np.arcsin(min(float(np.linalg.norm(towards)), 1.0)) >= self.max_angle - TOUCHES_ANGLE:
+                held.append(np.concatenate([towards / np.linalg.norm(towards), np.zeros(dof - 2)]))
+        if not held:
+            return np.eye(dof)
+        _, sizes, directions = np.linalg.svd(np.array(held))
+        return np.asarray(directions[np.count_nonzero(sizes > 1e-9) :].T)
+
     @property
     def numbers(self) -> Array:
         """All that the compiled steps need, (17,): frozen components, bounds, direction, largest angle."""
@@ -108,10 +158,13 @@ class Limits:
             candidates.append(_along(self.kind, self.reference, points, normals))
         if self.pinned and self.kind == "cone":
             candidates.append(_from_apex(self.pivot, points, rng))
-        return np.array([self._impose(row, points - self.pivot) for row in np.vstack(candidates)])
+        return np.array([self.impose(row, points - self.pivot) for row in np.vstack(candidates)])
 
-    def _impose(self, row: Array, points: Array) -> Array:
-        """The row moved within the limits, as close to the points as a linear step brings it."""
+    def impose(self, row: Array, points: Array) -> Array:
+        """The row (9,) moved within the limits, as close to the points (N, 3) as a linear step brings it.
+
+        Both are relative to the pivot.
+        """
         row = row.copy()
         if self.pinned:
             row[3:6], row[8] = 0.0, 0.0 if self.kind == "cone" else row[8]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fitting.appraise import uncertainty_of
 from fitting.classifier import Classifier
 from fitting.cloud import Cloud
 from fitting.config import COUNTING_ALL, EXTREME, Config, takes_no
@@ -24,10 +25,11 @@ from fitting.judge import (
     summarize_noise,
 )
 from fitting.nesting import intervals
-from fitting.primitives import KINDS, PRIMITIVES
+from fitting.primitives import KINDS, PRIMITIVES, Primitive
 from fitting.reach import check_reach
 from fitting.result import Attempt, FailedFit, Recognition
 from fitting.search import fit_kind
+from fitting.uncertainty import Uncertainty
 
 DEFAULT_CONFIG = Config()
 
@@ -48,6 +50,8 @@ class _Try:
     attempt: Attempt
     evidence: Evidence | None = None
     standing: Standing = Standing.REFUSED
+    primitive: Primitive | None = None
+    """As the criterion has it, in the frame of the cloud."""
 
     @property
     def acceptable(self) -> bool:
@@ -105,7 +109,24 @@ def recognize(
     recognition = _conclude(tries, {kind for kind, is_open in nested.items() if is_open}, cloud)
     if recognition.primitive is None:
         return recognition
-    return replace(recognition, active_constraints=config.constraints.effects(recognition.primitive))
+    return replace(
+        recognition,
+        active_constraints=config.constraints.effects(recognition.primitive),
+        uncertainty=_uncertainty(recognition, tries, cloud, config),
+    )
+
+
+def _uncertainty(
+    recognition: Recognition, tries: list[_Try], cloud: Cloud, config: Config
+) -> Uncertainty | None:
+    """Of the answer; a primitive that does not explain the cloud has none."""
+    if recognition.status == "no_fit" or recognition.primitive is None:
+        return None
+    best = next(tried for tried in tries if tried.attempt.primitive is recognition.primitive)
+    assert best.primitive and best.evidence
+    return uncertainty_of(
+        best.primitive, recognition.primitive, best.evidence, cloud, config.criterion, config.constraints
+    )
 
 
 def _worth_trying(
@@ -178,7 +199,7 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
         error=error,
         noise=summarize_noise(evidence, cloud),
     )
-    return _Try(attempt, evidence, verdict.standing)
+    return _Try(attempt, evidence, verdict.standing, fit.primitive)
 
 
 def _conclude(tries: list[_Try], open_kinds: set[str], cloud: Cloud) -> Recognition:
@@ -216,7 +237,7 @@ def _reconsidered(tried: _Try) -> _Try:
     """The try as one that competes if it was only suspect."""
     if tried.standing != Standing.SUSPECT:
         return tried
-    return _Try(replace(tried.attempt, outcome="accepted"), tried.evidence, Standing.DOUBTFUL)
+    return replace(tried, attempt=replace(tried.attempt, outcome="accepted"), standing=Standing.DOUBTFUL)
 
 
 def _best(candidates: list[_Try]) -> _Try:

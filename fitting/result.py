@@ -6,6 +6,7 @@ from typing import Literal
 
 from fitting.extents import Extents
 from fitting.primitives import Primitive
+from fitting.uncertainty import Uncertainty
 
 Status = Literal["fitted", "ambiguous", "no_fit"]
 Outcome = Literal["accepted", "refused", "failed"]
@@ -73,6 +74,7 @@ class Recognition:
 
     `primitive` is the accepted one; with status `ambiguous` the first of several (the rest stand in
     `alternatives`), with `no_fit` the best try, and None only if every attempt failed.
+    `uncertainty` says how well it is known; None with `no_fit`, and under a criterion of extreme points.
     `active_constraints` says how each constraint acts on it, by name: `{"radius": "at its upper bound 5.0"}`.
     `extents` says where `primitive` begins and ends; None without one, or where its points span no surface.
     """
@@ -87,6 +89,7 @@ class Recognition:
     n_points: int
     active_constraints: Mapping[str, str] = field(default_factory=dict)
     extents: Extents | None = None
+    uncertainty: Uncertainty | None = None
 
 
 @dataclass(frozen=True)

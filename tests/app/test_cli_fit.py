@@ -163,7 +163,7 @@ def test_render_covers_every_status() -> None:
     receipt = {"n_points": 6, "format": "csv", "columns": ["x", "y", "z"]}
     failed = {"kind": "cone", "probability": None, "outcome": "failed", "reason": "too few", "error": None}
     body = {"primitive": sphere, "alternatives": [cone], "message": "both", "error": None, "receipt": receipt}
-    body |= {"active_constraints": {"radius": "fixed at 2.0"}, "extents": None}
+    body |= {"active_constraints": {"radius": "fixed at 2.0"}, "extents": None, "uncertainty": None}
     ambiguous = _text(body | {"status": "ambiguous", "attempts": []})
     assert "ambiguous  both" in ambiguous and "or" in ambiguous in ambiguous and "30 degrees" in ambiguous
     nothing = body | {"status": "no_fit", "primitive": None, "alternatives": [], "attempts": [failed]}

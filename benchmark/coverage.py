@@ -1,0 +1,234 @@
+"""Do the 95 % intervals hold the truth in 95 of 100 cases? Scans whose noise is known, and what is counted.
+
+A cloud is what a virtual scanner sees of a piece, without its noise; the noise is put on along the normal:
+the same everywhere (`independent`), three times as large at one end as at the other (`uneven`), or a random
+field that neighbours share (`correlated`). `arcs` are 30 to 60 degrees of a turn under independent noise,
+`few` have two to ten points for a parameter. The kind is given: intervals are measured, not recognition.
+"""
+
+from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.random import Generator
+
+from benchmark.cases import SCAN
+from benchmark.measures import diagonal
+from benchmark.pieces import feet
+from fitting.config import Config
+from fitting.coordinates import DIRECTIONS, derivative, is_length, names_of, values_of
+from fitting.coverage import arcs_of
+from fitting.geometry import Array
+from fitting.intervals import spread
+from fitting.normalize import Frame
+from fitting.primitives import KINDS, Primitive
+from fitting.recognize import recognize
+from fitting.refine import linearize
+from fitting.uncertainty import Uncertainty
+from fitting.warnings import HALF_TURN, SHORT_ARC, WEAK_AXIS, WEAK_SIZE
+from synthetic import cloud
+from synthetic.recipes import Range
+from synthetic.scanner import log_uniform
+
+LAWS = ("independent", "uneven", "correlated", "arcs", "few")
+NOISE, ARC_NOISE = Range(1e-4, 3e-3), Range(3e-4, 1e-2)
+"""Shares of the extent, log-uniform; the second of `arcs`."""
+POINTS = Range(1000.0, 1000.0)
+WAVES = 200
+LENGTH = Range(0.02, 0.05)
+"""Of the correlation exp(-(h / length)^2), in extents."""
+LARGEST_RATIO = 3.0
+MARGIN = 0.15
+"""Clouds this close, relatively, to the limit of a warning neither deserve it nor not."""
+
+Z_95 = 1.959964
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A cloud (N, 3), its surface, and the standard deviation of the noise of its points."""
+
+    points: Array
+    truth: Primitive
+    sigma: Array
+    law: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one cloud showed.
+
+    Attributes
+    ----------
+    covered : by number (vectors together), the share of its intervals that hold the truth
+    relative : by number, the square of the error over its Cramer-Rao value; independent noise only, and
+        where no interval is a profile: there it is no bound of what is not linear
+    given, deserved : the warnings given, and for each whether the cloud deserves it, None near the limit
+    profiled : whether any interval is a profile
+    """
+
+    law: str
+    kind: str
+    status: str
+    covered: Mapping[str, float]
+    relative: Mapping[str, float]
+    given: frozenset[str]
+    deserved: Mapping[str, bool | None]
+    profiled: bool
+
+
+def scene(law: str, kind: str, seed: int, index: int) -> Scene:
+    """Cloud `index` of a law and a kind."""
+    rng = np.random.default_rng([seed, index, KINDS.index(kind), LAWS.index(law), 8])
+    arc = rng.uniform(30.0, 60.0) if law == "arcs" else rng.uniform(60.0, 360.0)
+    recipe = replace(
+        SCAN,
+        seed=seed,
+        kinds=(kind,),
+        arc=Range(arc, arc),
+        whole=0.0,
+        noiseless=1.0,
+        points=POINTS,
+        size=Range(1.0, 1.0),
+    )
+    drawn = cloud(recipe, index)
+    assert drawn.primitive is not None and drawn.outliers is not None
+    points = feet(drawn.primitive, drawn.points[~drawn.outliers])
+    if law == "few":
+        dof = drawn.primitive.dof
+        points = points[rng.permutation(len(points))[: rng.integers(dof + 2, 10 * dof)]]
+    extent = diagonal(points)
+    noise = extent * log_uniform(rng, ARC_NOISE if law == "arcs" else NOISE)
+    sigma, field = np.full(len(points), noise), rng.standard_normal(len(points))
+    if law == "uneven":
+        along = points @ rng.standard_normal(3)
+        sigma = noise * LARGEST_RATIO ** ((along - along.mean()) / np.ptp(along))
+    if law == "correlated":
+        field = waves(rng, points / (extent * rng.uniform(LENGTH.low, LENGTH.high)))
+    points = points + (sigma * field)[:, None] * drawn.primitive.gradient(points)
+    return Scene(points, drawn.primitive, sigma, law)
+
+
+def waves(rng: Generator, points: Array) -> Array:
+    """A normal field of unit variance with the correlation exp(-h^2), as a sum of random waves.
+
+    Source: Shinozuka and Deodatis, "Simulation of stochastic processes by spectral representation", Applied
+    Mechanics Reviews 44, 1991.
+    """
+    wave = np.sqrt(2.0) * rng.standard_normal((WAVES, 3))
+    phase = points @ wave.T + rng.uniform(0.0, 2.0 * np.pi, WAVES)
+    return np.sqrt(2.0 / WAVES) * (np.cos(phase) @ rng.standard_normal(WAVES))
+
+
+def outcome(law: str, kind: str, seed: int, index: int) -> Outcome:
+    drawn = scene(law, kind, seed, index)
+    found = recognize(drawn.points, Config(kinds=(kind,)))
+    known = found.uncertainty
+    if known is None or found.primitive is None or known.covariance is None:
+        return Outcome(law, kind, found.status, {}, {}, frozenset(), {}, False)
+    bound = cramer_rao(drawn)
+    covered, relative = scored(found.primitive, known, drawn, bound)
+    profiled = any(interval.method == "profile" for interval in known.intervals.values())
+    return Outcome(
+        law,
+        kind,
+        found.status,
+        covered,
+        relative if law in ("independent", "arcs") and not profiled else {},
+        frozenset(warning.code for warning in known.warnings),
+        deserved(drawn, bound),
+        profiled,
+    )
+
+
+def cramer_rao(drawn: Scene) -> Array:
+    """Covariance (P, P) of the true numbers that no unbiased estimate beats under independent noise."""
+    frame = Frame.of(drawn.points)
+    truth = frame.bring(drawn.truth).canonical(np.zeros(3))
+    rows = linearize(truth, frame.normalize(feet(drawn.truth, drawn.points)))[1]
+    by_step = derivative(truth, np.zeros(3))
+    units = np.where([is_length(name) for name in names_of(truth.kind)], frame.scale, 1.0)
+    by_step, rows = units[:, None] * by_step, rows * (frame.scale / drawn.sigma)[:, None]
+    _, sizes, directions = np.linalg.svd(rows, full_matrices=False)
+    half = by_step @ (directions.T / sizes)
+    return np.asarray(half @ half.T)
+
+
+def scored(
+    answer: Primitive, known: Uncertainty, drawn: Scene, bound: Array
+) -> tuple[dict[str, float], dict[str, float]]:
+    """What is covered, and mean squares over those of the bound; a `point` is compared near the centroid."""
+    frame = Frame.of(drawn.points)
+    truth = frame.restore(frame.bring(drawn.truth).canonical(np.zeros(3)))
+    names, true, got = names_of(truth.kind), values_of(truth), values_of(answer)
+    hits: dict[str, list[float]] = {}
+    squares: dict[str, list[float]] = {}
+    for i, name in enumerate(names):
+        interval = known.intervals.get(name)
+        if interval is None:
+            continue
+        low = -np.inf if interval.low is None else interval.low
+        high = np.inf if interval.high is None else interval.high
+        group = name.split(".")[0]
+        hits.setdefault(group, []).append(float(low <= true[i] <= high))
+        squares.setdefault(group, []).append(float((got[i] - true[i]) ** 2 / bound[i, i]))
+    if known.direction is not None:
+        ours, theirs = (getattr(s, "normal" if s.kind == "plane" else "axis") for s in (answer, truth))
+        angle = np.arctan2(np.linalg.norm(np.cross(ours, theirs)), abs(ours @ theirs))
+        hits["direction"] = [float(angle <= known.direction.radius_95)]
+    if known.position is not None:
+        along = answer.axis if answer.kind == "cylinder" else answer.normal  # type: ignore[attr-defined]
+        offset = answer.point - truth.point  # type: ignore[attr-defined]
+        aside = abs(offset @ along) if answer.kind == "plane" else np.linalg.norm(np.cross(offset, along))
+        hits["position"] = [float(aside <= known.position.radius_95)]
+    return _means(hits), _means(squares)
+
+
+def _means(values: Mapping[str, list[float]]) -> dict[str, float]:
+    return {name: float(np.mean(each)) for name, each in values.items()}
+
+
+def deserved(drawn: Scene, bound: Array) -> dict[str, bool | None]:
+    """Which warnings a cloud deserves, from its true surface and noise; None near the limit."""
+    truth, n, dof = drawn.truth, len(drawn.points), drawn.truth.dof
+    names, values = names_of(truth.kind), values_of(truth)
+    arcs = arcs_of(truth, feet(truth, drawn.points)).values()
+    least = min(arcs, default=np.inf)
+    sided = [arc for arc in arcs if arc >= SHORT_ARC]
+    few = drawn.law == "few"
+    result: dict[str, bool | None] = {
+        "few_points": n < 5 * dof,
+        "short_arc": None if few else _below(least, SHORT_ARC),
+        "correlated_noise": None if few else drawn.law == "correlated",
+    }
+    near_short = any(_below(arc, SHORT_ARC) is None for arc in arcs)
+    result["one_sided"] = None if few or near_short else _below(min(sided, default=np.inf), HALF_TURN)
+    if drawn.law in ("independent", "arcs"):
+        halves = Z_95 * np.sqrt(np.diag(bound)) / np.maximum(np.abs(values), 1e-300)
+        sizes = [halves[i] for i, name in enumerate(names) if "." not in name]
+        result["weak_size"] = _above(max(sizes, default=0.0), WEAK_SIZE)
+        if truth.kind != "sphere":
+            first = next(i for i, name in enumerate(names) if name.split(".")[0] in DIRECTIONS)
+            axes = np.linalg.eigvalsh(bound[first : first + 3, first : first + 3])[1:]
+            result["weak_axis"] = _above(spread(np.diag(axes), Z_95).radius_95, WEAK_AXIS)
+    return result
+
+
+def _below(value: float, limit: float) -> bool | None:
+    return None if abs(value - limit) <= MARGIN * limit else bool(value < limit)
+
+
+def _above(value: float, limit: float) -> bool | None:
+    return None if abs(value - limit) <= 2.0 * MARGIN * limit else bool(value > limit)
+
+
+def measure(count: int, seed: int, processes: int, laws: tuple[str, ...] = LAWS) -> list[Outcome]:
+    """`count` clouds of each kind and law; planes have no arcs."""
+    found: list[Outcome] = []
+    with ProcessPoolExecutor(processes) as pool:
+        for law in laws:
+            for kind in KINDS[law == "arcs" :]:
+                found += pool.map(partial(outcome, law, kind, seed), range(count), chunksize=10)
+    return found

@@ -1,0 +1,158 @@
+"""Covariance of a step in minimal coordinates about an M-estimate: the sandwich.
+
+With the pulls  p_i = w_i f_i d_i  (w the weight of the kernel, f the factor of the point) and the rows
+f_i J_i of the derivatives, the estimate solves  sum p_i f_i J_i = 0,  so that its covariance is
+
+    A^-1 B A^-1,   A = sum rho''_i f_i^2 J_i J_i^T,   B = sum_ij cov(p_i, p_j) f_i f_j J_i J_j^T
+
+Source: Huber and Ronchetti, "Robust statistics", 2nd ed. 2009, section 7.6. With cov(p_i, p_i) from each
+point's own pull it holds for noise that differs from point to point: White, Econometrica 48, 1980; divided by
+1 - leverage, MacKinnon and White, J. Econometrics 29, 1985 (HC2). Pairs of correlated points: Conley,
+J. Econometrics 92, 1999, here with a fitted correlation function.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from fitting.correlation import PAIRED, Correlation, correlation_of, distances_between
+from fitting.geometry import Array
+from fitting.kernels import Kernel
+from fitting.primitives import Primitive
+from fitting.refine import linearize
+
+MOST_LEVERAGE = 0.9
+"""A point counts as determining at most this much of its own distance."""
+
+UNDETERMINED = 1e-14
+"""Relative size of an eigenvalue of A below which a direction is not determined at all."""
+
+
+@dataclass(frozen=True, eq=False)
+class StepCovariance:
+    """Of a step (dof,), from M points.
+
+    Attributes
+    ----------
+    matrix : (dof, dof), 0 for steps that are held
+    bread : (dof, dof) the inverse of A: what it would be under independent noise of variance 1
+    noise : standard deviation of a pull
+    effective_points : how many independent points tell as much
+    correlation : of the noise on the surface, None where it is independent
+    """
+
+    matrix: Array
+    bread: Array
+    noise: float
+    effective_points: float
+    correlation: Correlation | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """The linearised cost at an optimum, on points that stand for `copies` times as many.
+
+    Attributes
+    ----------
+    feet : (M, 3) the closest points of the surface
+    rows : (M, k) factors times derivatives, in the free directions
+    free : (dof, k) those directions, orthonormal
+    pull, slope : (M,) of the kernel
+    """
+
+    feet: Array
+    rows: Array
+    free: Array
+    pull: Array
+    slope: Array
+    copies: float = 1.0
+
+    @classmethod
+    def of(
+        cls,
+        primitive: Primitive,
+        points: Array,
+        kernel: Kernel,
+        scale: float,
+        factors: Array | None,
+        free: Array,
+        copies: float = 1.0,
+    ) -> Self:
+        distance, jacobian = linearize(primitive, points)
+        feet = points - distance[:, None] * primitive.gradient(points)
+        if factors is not None:
+            distance, jacobian = factors * distance, factors[:, None] * jacobian
+        squared = (distance / scale) ** 2
+        return cls(
+            feet, jacobian @ free, free, kernel.weight(squared) * distance, kernel.slope(squared), copies
+        )
+
+    def bread(self) -> Array | None:
+        """The inverse of A in the free directions, or None where the points leave one open."""
+        square = self.copies * (self.rows.T @ (self.slope[:, None] * self.rows))
+        sizes = np.sqrt(np.maximum(np.diag(square), 0.0))
+        if not np.all(sizes > 0.0):
+            return None
+        scaled = square / np.outer(sizes, sizes)
+        if not np.linalg.eigvalsh(scaled)[0] > UNDETERMINED:
+            return None
+        inverse = np.linalg.inv(scaled) / np.outer(sizes, sizes)
+        return np.asarray(0.5 * (inverse + inverse.T))
+
+    def known(self, noise: float) -> StepCovariance | None:
+        """Under independent noise of a known standard deviation."""
+        bread = self.bread()
+        if bread is None:
+            return None
+        meat = noise**2 * self.copies * (self.rows.T @ self.rows)
+        return self._lifted(bread @ meat @ bread, bread, noise, self.copies * len(self.rows))
+
+    def equal(self) -> StepCovariance | None:
+        """Under independent noise, the same at each point, estimated from what is left over."""
+        spare = len(self.rows) - self.rows.shape[1]
+        return self.known(float(np.sqrt(self.pull @ self.pull / spare))) if spare > 0 else None
+
+    def uneven(self, order: np.ndarray) -> StepCovariance | None:
+        """Under noise that may differ from point to point and agree between neighbours.
+
+        `order` (S,) holds indices of the points in random order.
+        """
+        bread = self.bread()
+        if bread is None:
+            return None
+        leverage = self.copies * self.slope * np.sum((self.rows @ bread) * self.rows, axis=1)
+        squared = self.pull**2 / (1.0 - np.clip(leverage, 0.0, MOST_LEVERAGE))
+        meat = self.copies * (self.rows.T @ (squared[:, None] * self.rows))
+        noise, effective = float(np.sqrt(squared.mean())), self.copies * len(self.rows)
+        correlation = correlation_of(self.feet, self.pull, order) if noise > 0.0 else None
+        if correlation is not None:
+            shared, alike = self._shared(correlation, order[:PAIRED], bread)
+            meat = meat + shared
+            effective = effective / (1.0 + alike)
+        return self._lifted(bread @ meat @ bread, bread, noise, effective, correlation)
+
+    def _shared(self, correlation: Correlation, some: np.ndarray, bread: Array) -> tuple[Array, float]:
+        """The part of B that pairs of points share, estimated from some of them, and for how many other
+        points a point stands."""
+        covariance = correlation.covariance(distances_between(self.feet[some]))
+        np.fill_diagonal(covariance, 0.0)
+        n, m = self.copies * len(self.rows), len(some)
+        rows = self.rows[some]
+        shared = n * (n - 1.0) / (m * (m - 1.0)) * (rows.T @ covariance @ rows)
+        root = np.linalg.cholesky(bread)
+        sizes, axes = np.linalg.eigh(root.T @ shared @ root)
+        back = np.linalg.solve(root.T, axes)
+        alike = (n - 1.0) / (m * (m - 1.0)) * float(covariance.sum()) / correlation.variance
+        return back @ (np.maximum(sizes, 0.0)[:, None] * back.T), alike
+
+    def _lifted(
+        self,
+        matrix: Array,
+        bread: Array,
+        noise: float,
+        effective: float,
+        correlation: Correlation | None = None,
+    ) -> StepCovariance:
+        free = self.free
+        return StepCovariance(free @ matrix @ free.T, free @ bread @ free.T, noise, effective, correlation)

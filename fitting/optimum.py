@@ -1,0 +1,146 @@
+"""An answer as the optimum that it is: which points it minimises what over, and which steps are free."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from scipy.special import ndtri, stdtrit
+
+from fitting.cloud import WORKING_POINTS, Cloud
+from fitting.constraints import Constraints
+from fitting.coordinates import derivative, is_length, names_of, values_of
+from fitting.covariance import Linear, StepCovariance
+from fitting.geometry import Array
+from fitting.judge import ROUNDING_NOISE, Evidence
+from fitting.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
+from fitting.limits import Limits, moved
+from fitting.noise import is_normal, trimmed_scale
+from fitting.primitives import Primitive
+from fitting.profile import Cost
+
+UNEVEN = 200
+"""Points from which noise that differs from point to point, or agrees between neighbours, can be told."""
+
+UPPER = 0.975
+"""Share of the cases that are below the upper end of a 95 % interval."""
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """A surface in the frame of its steps, whose origin is that of the cloud or a fixed position.
+
+    Attributes
+    ----------
+    primitive : in its canonical sign
+    cloud, limits : as it was fitted
+    cost : what it minimises, over working points or the exact ones among them
+    inlier : mask of those points that were not rejected
+    exact : the points lie on it within their rounding
+    """
+
+    primitive: Primitive
+    cloud: Cloud
+    limits: Limits | None
+    cost: Cost
+    inlier: np.ndarray
+    exact: bool
+
+    @classmethod
+    def of(
+        cls, primitive: Primitive, evidence: Evidence, cloud: Cloud, criterion: str, constraints: Constraints
+    ) -> Self:
+        """From the surface (in the frame of the cloud) and the evidence about the robust fit of its kind."""
+        limits = Limits.of(constraints, primitive.kind, cloud.frame)
+        pivot = np.zeros(3) if limits is None else limits.pivot
+        primitive = moved(primitive.canonical(np.zeros(3)), -pivot)
+        exact = bool(evidence.exact.all() or (criterion == "robust" and evidence.exact.any()))
+        points, factors, inlier = cloud.working - pivot, cloud.working_factors, evidence.inlier
+        kernel, scale = Kernel.LEAST_SQUARES, 1.0
+        if exact:
+            factors = None if factors is None else factors[evidence.exact]
+            points, inlier = points[evidence.exact], inlier[evidence.exact]
+        elif not cloud.is_small(primitive.dof):
+            distance = primitive.signed_distance(points)
+            kernel, scale = _kernel(criterion, distance if factors is None else factors * distance, cloud)
+        return cls(primitive, cloud, limits, Cost(points, kernel, scale, factors, limits), inlier, exact)
+
+    @property
+    def small(self) -> bool:
+        return self.cloud.is_small(self.primitive.dof)
+
+    @property
+    def copies(self) -> float:
+        """How many points each of those that are looked at stands for."""
+        n = len(self.cloud.points)
+        return n / len(self.cloud.working) if n > WORKING_POINTS and not self.exact else 1.0
+
+    @property
+    def dof(self) -> int:
+        return self._free(self.limits).shape[1]
+
+    def linear(self) -> Linear:
+        return self._linear(self.limits)
+
+    def covariance(self, linear: Linear) -> StepCovariance | None:
+        """Of a step: of the rounding, of noise that is the same everywhere where points are few, else of
+        uneven noise. None where nothing is left to estimate the noise from."""
+        if len(self.cloud.working) <= self.primitive.dof:
+            return None
+        if self.exact:
+            return linear.known(ROUNDING_NOISE * self.cloud.tolerance)
+        few = len(self.cost.points) < UNEVEN
+        return linear.equal() if few else linear.uneven(self.cloud.sample)
+
+    def released(self, name: str) -> StepCovariance | None:
+        """The same if the number of this name were free."""
+        return None if self.limits is None else self.covariance(self._linear(self.limits.releasing(name)))
+
+    def quantile(self, steps: StepCovariance) -> float:
+        """Half of a 95 % interval in standard deviations: Student's t, as the noise is estimated."""
+        return float(
+            ndtri(UPPER) if self.exact else stdtrit(max(steps.effective_points - self.dof, 1.0), UPPER)
+        )
+
+    def by_step(self) -> Array:
+        """Derivatives (P, dof) of the numbers of the answer, in input units, by a step."""
+        names, center = (
+            names_of(self.primitive.kind),
+            np.zeros(3) if self.limits is None else -self.limits.pivot,
+        )
+        units = np.where([is_length(name) for name in names], self.cloud.frame.scale, 1.0)
+        return units[:, None] * derivative(self.primitive, center)
+
+    def numbers(self, primitive: Primitive) -> Array:
+        """The numbers (P,), in input units, of a surface in the frame of the steps."""
+        inside = primitive if self.limits is None else moved(primitive, self.limits.pivot)
+        return values_of(self.cloud.frame.restore(inside.canonical(np.zeros(3))))
+
+    def _free(self, limits: Limits | None) -> Array:
+        dof = self.primitive.dof
+        return np.eye(dof) if limits is None else limits.free_steps(self.primitive.row(), dof)
+
+    def _linear(self, limits: Limits | None) -> Linear:
+        cost = self.cost
+        return Linear.of(
+            self.primitive,
+            cost.points,
+            cost.kernel,
+            cost.scale,
+            cost.factors,
+            self._free(limits),
+            self.copies,
+        )
+
+
+def _kernel(criterion: str, residual: Array, cloud: Cloud) -> tuple[Kernel, float]:
+    """The kernel and scale of a criterion at the end; see `fitting.search` and `fitting.criteria`."""
+    absolute = np.abs(residual)
+    if criterion == "robust":
+        scale = max(trimmed_scale(absolute), cloud.tolerance)
+        return (Kernel.LEAST_SQUARES if is_normal(residual, CUTOFF * scale) else Kernel.TUKEY), scale
+    scale = max(1.4826 * float(np.median(absolute)), cloud.tolerance)
+    if criterion == "huber":
+        return Kernel.HUBER, HUBER_95 * scale
+    if criterion == "tukey":
+        return Kernel.TUKEY, TUKEY_95 / CUTOFF * scale
+    return Kernel.LEAST_SQUARES, 1.0

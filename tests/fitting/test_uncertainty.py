@@ -1,0 +1,180 @@
+"""Intervals and warnings: derivatives against differences, shares against counts, and what must be so."""
+
+import numpy as np
+import pytest
+
+from benchmark.coverage import waves
+from fitting.config import Config
+from fitting.constraints import Constraints
+from fitting.coordinates import derivative, names_of, values_of
+from fitting.coverage import arcs_of, covered
+from fitting.geometry import Array
+from fitting.intervals import spread
+from fitting.kernels import Kernel
+from fitting.primitives import Cylinder, Sphere
+from fitting.recognize import recognize
+from fitting.refine import stepped
+from fitting.uncertainty import Uncertainty
+from tests.fitting.clouds import EXAMPLES, noisy, sample
+
+KINDS = tuple(EXAMPLES)
+
+
+def known(points: Array, kind: str, **options: object) -> Uncertainty:
+    found = recognize(points, Config(kinds=(kind,), **options)).uncertainty
+    assert found is not None
+    return found
+
+
+def codes(found: Uncertainty) -> set[str]:
+    return {warning.code for warning in found.warnings}
+
+
+def arc(degrees: float, n: int, sigma: float, seed: int) -> Array:
+    rng = np.random.default_rng(seed)
+    half = np.radians(degrees) / 2
+    cylinder = Cylinder([0.0, 0.0, 1.0], [0.0, 0.0, 0.0], 1.0)
+    points = cylinder.surface(rng.uniform(-half, half, n), rng.uniform(-1.0, 1.0, n))
+    return points + sigma * rng.standard_normal((n, 1)) * cylinder.gradient(points)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_derivatives_of_the_numbers_are_their_differences(kind: str) -> None:
+    center, step = np.array([0.3, -0.2, 0.1]), 1e-6
+    surface = EXAMPLES[kind].canonical(np.zeros(3))
+    found = derivative(surface, center)
+    for i, unit in enumerate(step * np.eye(surface.dof)):
+        ends = [values_of(stepped(surface, sign * unit).canonical(center)) for sign in (1.0, -1.0)]
+        np.testing.assert_allclose(found[:, i], (ends[0] - ends[1]) / (2.0 * step), atol=1e-8)
+
+
+@pytest.mark.parametrize("kernel", Kernel)
+def test_the_slope_of_a_kernel_is_that_of_its_pull(kernel: Kernel) -> None:
+    x, step = np.array([0.0, 0.3, 0.9, 1.7, 4.0, 5.5, 7.0]), 1e-6
+    pulls = [kernel.weight((x + sign * step) ** 2) * (x + sign * step) for sign in (1.0, -1.0)]
+    np.testing.assert_allclose(kernel.slope(x**2), (pulls[0] - pulls[1]) / (2.0 * step), atol=1e-8)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.35, 1.0])
+def test_the_radius_of_a_spread_holds_95_of_100_offsets(ratio: float) -> None:
+    offsets = np.random.default_rng(0).standard_normal((400_000, 2)) * [2.0, 2.0 * ratio]
+    radius = spread(np.diag([4.0, (2.0 * ratio) ** 2]), 1.959964).radius_95
+    # a share of 0.95 among 400,000 is known to 0.0004
+    assert np.mean(np.linalg.norm(offsets, axis=1) <= radius) == pytest.approx(0.95, abs=0.0015)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_most_intervals_hold_the_truth(kind: str) -> None:
+    truth, held = EXAMPLES[kind], []
+    names = names_of(kind)
+    for seed in range(20):
+        found = recognize(noisy(truth, 400, 0.01, seed), Config(kinds=(kind,)))
+        assert found.uncertainty and found.primitive
+        center = noisy(truth, 400, 0.01, seed).mean(axis=0)
+        true = dict(zip(names, values_of(truth.canonical(center)), strict=True))
+        held += [each.low <= true[name] <= each.high for name, each in found.uncertainty.intervals.items()]
+    # 5 % are missed; if the numbers of a cloud went all together, 0.85 would be two standard errors below
+    assert 0.85 <= np.mean(held) < 1.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_uncertainty_moves_and_scales_with_the_cloud(kind: str) -> None:
+    points = noisy(EXAMPLES[kind], 500, 0.01)
+    here, there = known(points, kind), known(1024.0 * points + [3e4, -1e4, 5e3], kind)
+    for name, interval in here.intervals.items():
+        factor = 1.0 if name == "half_angle" else 1024.0
+        assert there.intervals[name].standard_deviation == pytest.approx(
+            factor * interval.standard_deviation, rel=1e-4
+        )
+    assert there.covariance is not None and here.covariance is not None
+    assert np.all(np.linalg.eigvalsh(here.covariance) > -1e-12 * np.trace(here.covariance))
+
+
+def test_uneven_noise_is_weighed_where_it_is() -> None:
+    """Noise on one side only makes the centre uncertain along that side."""
+    rng, sphere = np.random.default_rng(1), Sphere([0.0, 0.0, 0.0], 1.0)
+    points = rng.standard_normal((3000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    sigma = np.where(np.abs(points[:, 2]) > 0.7, 0.02, 0.002)
+    found = known(points + (sigma * rng.standard_normal(3000))[:, None] * sphere.gradient(points), "sphere")
+    along, across = (found.intervals[f"center.{axis}"].standard_deviation for axis in "zx")
+    assert along > 2.0 * across
+
+
+def test_correlated_noise_is_found_and_counts() -> None:
+    points = sample(EXAMPLES["cylinder"], 2000)
+    rng, outward = np.random.default_rng(2), EXAMPLES["cylinder"].gradient(points)
+    smooth = known(points + 0.005 * waves(rng, points / 0.15)[:, None] * outward, "cylinder")
+    rough = known(points + 0.005 * rng.standard_normal((2000, 1)) * outward, "cylinder")
+    assert (smooth.noise_model, rough.noise_model) == ("correlated", "independent")
+    assert smooth.correlation is not None and 0.1 < smooth.correlation.length < 0.22
+    assert "correlated_noise" in codes(smooth) and "correlated_noise" not in codes(rough)
+    radii = [each.intervals["radius"].standard_deviation for each in (smooth, rough)]
+    assert radii[0] > 2.0 * radii[1]
+
+
+def test_a_short_arc_is_profiled_and_leaves_the_larger_radius_open_wider() -> None:
+    found = known(arc(25.0, 300, 0.008, 0), "cylinder")
+    radius = found.intervals["radius"]
+    assert radius.method == "profile" and radius.low is not None and radius.high is not None
+    middle = recognize(arc(25.0, 300, 0.008, 0), Config(kinds=("cylinder",))).primitive.radius
+    assert radius.high - middle > 1.1 * (middle - radius.low)
+    assert {"short_arc", "weak_size"} <= codes(found)
+    assert "25 degrees" in next(each.message for each in found.warnings if each.code == "short_arc")
+
+
+def test_an_arc_that_looks_flat_has_no_upper_end() -> None:
+    radius = known(arc(8.0, 100, 0.004, 3), "cylinder").intervals["radius"]
+    assert radius.high is None and radius.low is not None
+
+
+def test_a_surface_that_the_points_leave_open_has_no_intervals() -> None:
+    found = known(arc(8.0, 100, 0.004, 4), "cylinder")
+    assert found.covariance is None and codes(found) >= {"undetermined"}
+
+
+def test_fixed_numbers_are_held_and_help_the_others() -> None:
+    points = noisy(EXAMPLES["cylinder"], 400, 0.01)
+    free = known(points, "cylinder")
+    held = known(points, "cylinder", constraints=Constraints.of({"radius": {"value": 0.8}}))
+    assert held.intervals["radius"] == type(held.intervals["radius"])(0.8, 0.8, 0.0, "held")
+    for name in ("point.x", "point.z"):
+        assert held.intervals[name].standard_deviation <= free.intervals[name].standard_deviation
+    axis = known(points, "cylinder", constraints=Constraints.of({"axis": {"direction": [0.2, 0.9, 0.3]}}))
+    assert axis.direction is not None and axis.direction.radius_95 == 0.0
+
+
+def test_an_active_bound_makes_an_interval_one_sided() -> None:
+    points = noisy(EXAMPLES["sphere"], 400, 0.01)
+    found = known(points, "sphere", constraints=Constraints.of({"radius": {"max": 1.29}}))
+    radius = found.intervals["radius"]
+    assert radius.method == "bound" and radius.high == 1.29 and radius.low is not None and radius.low < 1.29
+
+
+def test_exact_points_leave_the_rounding() -> None:
+    points = np.round(sample(EXAMPLES["sphere"], 500), 4)
+    found = known(points, "sphere")
+    assert found.noise_model == "exact"
+    assert 1e-6 < found.intervals["radius"].standard_deviation < 1e-5
+
+
+def test_few_points_warn_and_the_fewest_know_nothing() -> None:
+    points = noisy(EXAMPLES["sphere"], 12, 0.01)
+    assert "few_points" in codes(known(points, "sphere"))
+    fewest = known(points[:4], "sphere")
+    assert fewest.covariance is None and fewest.noise_model == "unknown" and not fewest.intervals
+    assert codes(fewest) >= {"minimal_sample"}
+
+
+def test_nothing_is_claimed_where_nothing_fits_or_no_theory_holds() -> None:
+    volume = np.random.default_rng(5).uniform(-1.0, 1.0, (500, 3))
+    assert recognize(volume).uncertainty is None
+    extreme = Config(kinds=("sphere",), criterion="minimum_zone")
+    assert recognize(noisy(EXAMPLES["sphere"], 100, 0.01), extreme).uncertainty is None
+
+
+def test_arcs_are_those_of_the_points() -> None:
+    assert covered(np.linspace(3.0, 3.5, 1000)) == pytest.approx(np.degrees(0.5), rel=0.02)
+    cap = sample(EXAMPLES["sphere"], 10)[:1]
+    assert arcs_of(EXAMPLES["sphere"], cap)["cap"] == pytest.approx(0.0, abs=1e-5)
+    assert arcs_of(EXAMPLES["plane"], cap) == {}
