@@ -67,7 +67,7 @@ def before_call(context: Any, case: Any, kwargs: dict[str, Any]) -> None:
 
 @schemathesis.hook
 def filter_case(context: Any, case: Any) -> bool:
-    """Not the bodies whose only fault would be a null that the schema allows: it is taken for a wrong object."""
+    """No bodies whose only fault would be a null that the schema allows: it is taken for a wrong object."""
     negative = case.meta is not None and case.meta.generation.mode is schemathesis.GenerationMode.NEGATIVE
     options = case.body.get("options") if isinstance(case.body, dict) else None
     null = isinstance(options, dict) and None in (options.get(name, 0) for name in OBJECTS)
