@@ -3,7 +3,7 @@
 A cloud is what a virtual scanner sees of a piece, without its noise; the noise is put on along the normal:
 the same everywhere (`independent`), three times as large at one end as at the other (`uneven`), or a random
 field that neighbours share (`correlated`). `arcs` are 30 to 60 degrees of a turn under independent noise,
-`few` have two to ten points for a parameter. The kind is given: intervals are measured, not recognition.
+`few` have at most ten points for a parameter. The kind is given: intervals are measured, not recognition.
 """
 
 from collections.abc import Mapping
