@@ -31,6 +31,12 @@ _DOCS = Path(__file__).with_name("docs.html")
 router = APIRouter()
 
 
+class Zip(Response):
+    """Files in one archive."""
+
+    media_type = jobs.ZIP
+
+
 def create_app(settings: Settings | None = None) -> FastAPI:
     """The ASGI application; its workers start with it and end with it."""
     settings = settings or load()
@@ -80,12 +86,28 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 @router.post("/fit", operation_id="fit", summary="Fit a cloud", response_model=FitAnswer, **openapi.FIT)
 async def fit(request: Request) -> Response:
     """Say which primitive a cloud is, with its parameters, its error, and every kind that was tried."""
+    return await _fitted(request, export=False)
+
+
+@router.post(
+    "/fit/export",
+    operation_id="fit_export",
+    summary="Fit a cloud, and export the primitive",
+    response_class=Zip,
+    **openapi.FIT_EXPORT,
+)
+async def fit_export(request: Request) -> Response:
+    """Fit a cloud, and hand out the trimmed primitive as STEP file and meshes, with the answer, in a ZIP."""
+    return await _fitted(request, export=True)
+
+
+async def _fitted(request: Request, export: bool) -> Response:
     media_type, coding = _media_type(request), _coding(request)
     started = perf_counter()
     async with received(request, request.app.state.settings) as body:
         seconds = {"receive": perf_counter() - started}
         reply = await request.app.state.pool.run(
-            _job(request, media_type, coding, body), request.is_disconnected
+            _job(request, media_type, coding, body, export), request.is_disconnected
         )
     if reply is None:
         raise ClientDisconnect
@@ -204,7 +226,9 @@ def _coding(request: Request) -> str | None:
     return codings[0] if codings else None
 
 
-def _job(request: Request, media_type: str, coding: str | None, body: bytes | Path) -> jobs.FitJob:
+def _job(
+    request: Request, media_type: str, coding: str | None, body: bytes | Path, export: bool
+) -> jobs.FitJob:
     settings: Settings = request.app.state.settings
     return jobs.FitJob(
         request.state.request_id,
@@ -215,6 +239,7 @@ def _job(request: Request, media_type: str, coding: str | None, body: bytes | Pa
         request.query_params.multi_items(),
         settings.limits,
         ", ".join(request.headers.getlist("if-none-match")),
+        export,
     )
 
 

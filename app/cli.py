@@ -208,8 +208,8 @@ def _check_exports(files: list[str], labels: str | None, unit: str, chord_error:
     from fitting.errors import InvalidOptionError
 
     if len(files) > 1 or labels:
-        cause = "of the segments of a file" if labels else f"of {len(files)}"
-        _complain("fit", f"exports are written of one cloud, not {cause}")
+        several = "the segments of a file" if labels else str(len(files))
+        _complain("fit", f"exports are written of one FILE, not of {several}")
         raise typer.Exit(BAD_INPUT)
     try:
         ExportOptions(unit, chord_error)  # type: ignore[arg-type]

@@ -48,6 +48,7 @@ class FitJob:
     query: list[tuple[str, str]]
     limits: Limits
     if_none_match: str = ""
+    export: bool = False
 
     def work(self) -> "Reply":
         return _fit(self)
@@ -94,7 +95,7 @@ def run(job: Job) -> Any:
 
 def _fit(job: FitJob) -> Reply:
     started = perf_counter()
-    query, wanted = split_query(job.query)
+    query, wanted = split_query(job.query) if job.export else (job.query, None)
     body: bytes | memoryview = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
     if job.coding is not None:
         body = unpack(memoryview(body), job.coding, job.limits, "body")

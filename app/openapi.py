@@ -99,8 +99,8 @@ _INVALID: dict[str, Exception] = {
             )
         ]
     ),
-    "artifacts": NothingToExportError("the answer is no_fit and holds no primitive to export"),
 }
+_NOTHING_TO_EXPORT = NothingToExportError("the answer is no_fit and holds no primitive to export")
 _UNAVAILABLE: dict[str, Exception] = {
     "not_ready": problems.NotReadyError("no worker is warm yet"),
     "busy": problems.BusyError("64 requests are waiting, the limit of this service"),
@@ -124,25 +124,25 @@ _ARTIFACTS: list[dict[str, Any]] = [
     {
         "name": "artifacts",
         "in": "query",
-        "required": False,
-        "description": "files of the trimmed primitive: the response is a ZIP of answer.json and them",
+        "required": True,
+        "description": "files of the trimmed primitive",
         "schema": {"type": "array", "items": {"type": "string", "enum": list(ARTIFACTS)}},
         "style": "form",
         "explode": False,
+        "example": ["step", "glb"],
     },
     {
         "name": "unit",
         "in": "query",
         "required": False,
-        "description": "of the coordinates, as STEP files say it; beside `artifacts` only, mm by default",
+        "description": "of the coordinates, as STEP files say it; mm by default",
         "schema": {"type": "string", "enum": list(UNITS)},
     },
     {
         "name": "chord_error",
         "in": "query",
         "required": False,
-        "description": "largest distance of meshes from the surface, as a share of the size; beside "
-        "`artifacts` only, 0.001 by default",
+        "description": "largest distance of meshes from the surface over their size; 0.001 by default",
         "schema": {"type": "number", "minimum": SMALLEST_ERROR, "maximum": LARGEST_ERROR},
     },
 ]
@@ -281,7 +281,6 @@ FIT: dict[str, Any] = {
                 "ETag": _header("equal requests have equal tags", '"3f0c1f9e"'),
                 "Server-Timing": {"$ref": "#/components/headers/ServerTiming"},
             },
-            "content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}},
         },
         **{status: _problem(example=error) for status, error in _EXAMPLE_ERRORS.items()},
         "415": _problem(**_UNSUPPORTED),
@@ -290,7 +289,23 @@ FIT: dict[str, Any] = {
     },
     "openapi_extra": {
         "requestBody": _body("FitUpload", {"file": _csv(), "options": {"kinds": ["cylinder", "cone"]}}),
-        "parameters": [*_query(), *_ARTIFACTS, _IF_NONE_MATCH],
+        "parameters": [*_query(), _IF_NONE_MATCH],
+    },
+}
+FIT_EXPORT: dict[str, Any] = {
+    "tags": ["fitting"],
+    "response_description": "`answer.json`, the answer of `POST /fit`, and the files",
+    "responses": {
+        **{status: refused for status, refused in FIT["responses"].items() if status not in ("200", "412")},
+        "200": {
+            "headers": {"Server-Timing": {"$ref": "#/components/headers/ServerTiming"}},
+            "content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        "422": _problem(**_INVALID, artifacts=_NOTHING_TO_EXPORT),
+    },
+    "openapi_extra": {
+        "requestBody": FIT["openapi_extra"]["requestBody"],
+        "parameters": [*_ARTIFACTS, *_query()],
     },
 }
 

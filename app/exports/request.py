@@ -10,22 +10,19 @@ from fitting.errors import InvalidOptionError
 NAMES = ("artifacts", "unit", "chord_error")
 
 
-def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], Wanted | None]:
-    """The options of the fit, and what is to be exported; None where nothing is.
+def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], Wanted]:
+    """The options of the fit, and what is to be exported.
 
     Raises
     ------
     InvalidOptionsError
-        An artefact or a unit is unknown, a value is out of range or given twice, or there is no artefact to
-        which it applies.
+        No artefact is named, one or a unit is unknown, or a value is out of range or given twice.
     """
     rest = [(name, value) for name, value in query if name not in NAMES]
     given: dict[str, list[str]] = {}
     for name, value in query:
         if name in NAMES:
             given.setdefault(name, []).append(value)
-    if not given:
-        return rest, None
     formats = [format for value in given.pop("artifacts", []) for format in value.split(",")]
     errors = [
         FieldError(f"artifacts[{i}]", f"unknown artefact; allowed are {', '.join(FORMATS)}")
@@ -33,7 +30,7 @@ def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]]
         if format not in FORMATS
     ]
     if not formats:
-        errors += [FieldError(name, "applies to artefacts; name them in artifacts") for name in given]
+        errors.append(FieldError("artifacts", f"is missing; name some of {', '.join(FORMATS)}"))
     errors += [FieldError(name, "given more than once") for name, values in given.items() if len(values) > 1]
     if errors:
         raise InvalidOptionsError(errors)

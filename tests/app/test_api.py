@@ -338,6 +338,7 @@ def test_the_document_has_real_examples_for_every_body_answer_and_problem(servic
         "capabilities",
         "fit",
         "fit_batch",
+        "fit_export",
         "livez",
         "metrics",
         "readyz",

@@ -173,6 +173,9 @@ def _request() -> Any:
 # One call an operation, by the name of its module: what it answers is typed, and looked at.
 CALLS: dict[str, Callable[[Any], Any]] = {
     "fitting.fit": lambda call: call(body=_request()).status == "fitted",
+    "fitting.fit_export": lambda call: (
+        call(body=_request(), artifacts=[_part("models").FitExportArtifactsItem.STEP]) is None
+    ),
     "fitting.fit_batch": lambda call: call(body=_request()) is None,
     "service.capabilities": lambda call: call().limits.max_points == 5_000_000,
     "service.metrics": lambda call: "primfit_workers_warm 2.0" in call(),

@@ -74,12 +74,15 @@ def _request_examples() -> Iterator[Any]:
 @pytest.mark.parametrize(("name", "media_type", "value"), list(_request_examples()))
 def test_an_example_of_a_request_is_answered(service: Any, name: str, media_type: str, value: Any) -> None:
     method, path = name.split()
+    required = [parameter for parameter in OPERATIONS[name]["parameters"] if parameter.get("required")]
+    params = {parameter["name"]: ",".join(parameter["example"]) for parameter in required}
     if media_type == "multipart/form-data":
         parts = [part for field, content in value.items() for part in _parts(field, content)]
-        response = service.client.request(method, path, files=parts)
+        response = service.client.request(method, path, params=params, files=parts)
     else:
         content = value if isinstance(value, str) else json.dumps(value)
-        response = service.client.request(method, path, content=content, headers={"Content-Type": media_type})
+        headers = {"Content-Type": media_type}
+        response = service.client.request(method, path, params=params, content=content, headers=headers)
     assert response.status_code == 200, response.text
 
 

@@ -17,12 +17,17 @@ from app.exports import FORMATS
 CSV = Path(__file__).parents[3] / "app" / "examples" / "cylinder.csv"
 
 
+def _export(service: Any, content: bytes, media_type: str, **params: object) -> Any:
+    headers = {"Content-Type": media_type}
+    return service.client.post("/fit/export", content=content, headers=headers, params=params)
+
+
 def test_a_zip_holds_the_answer_and_the_artefacts(service: Any) -> None:
     plain = service.post(CSV.read_bytes(), "text/csv")
-    response = service.post(CSV.read_bytes(), "text/csv", artifacts=",".join(FORMATS), unit="m")
+    response = _export(service, CSV.read_bytes(), "text/csv", artifacts=",".join(FORMATS), unit="m")
     assert response.status_code == 200, response.text
     assert response.headers["content-type"] == "application/zip"
-    again = service.post(CSV.read_bytes(), "text/csv", artifacts=list(FORMATS), unit="m")
+    again = _export(service, CSV.read_bytes(), "text/csv", artifacts=list(FORMATS), unit="m")
     assert again.content == response.content
     with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
         assert archive.testzip() is None
@@ -47,11 +52,11 @@ def test_a_zip_holds_the_answer_and_the_artefacts(service: Any) -> None:
         ({"artifacts": "glb", "chord_error": "nan"}, "chord_error"),
         ({"artifacts": "glb", "chord_error": "fine"}, "chord_error"),
         ({"artifacts": "glb", "chord_error": "0"}, "chord_error"),
-        ({"unit": "m"}, "unit"),
+        ({"unit": "m"}, "artifacts"),
     ],
 )
 def test_bad_artefacts_are_named(service: Any, query: dict[str, Any], field: str) -> None:
-    response = service.post(CSV.read_bytes(), "text/csv", **query)
+    response = _export(service, CSV.read_bytes(), "text/csv", **query)
     assert response.status_code == 422
     assert response.json()["type"] == "urn:primfit:problem:invalid-options"
     assert [error["field"] for error in response.json()["errors"]] == [field]
@@ -60,7 +65,7 @@ def test_bad_artefacts_are_named(service: Any, query: dict[str, Any], field: str
 def test_nothing_to_export_is_a_problem(service: Any) -> None:
     flat = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0]
     request = json.dumps({"points": flat.tolist(), "options": {"kinds": ["torus"]}}).encode()
-    response = service.post(request, "application/json", artifacts="step")
+    response = _export(service, request, "application/json", artifacts="step")
     assert response.status_code == 422
     assert response.json()["type"] == "urn:primfit:problem:nothing-to-export"
 
@@ -84,6 +89,7 @@ def test_the_command_line_says_what_it_cannot_write(tmp_path: Path) -> None:
         return result.stderr
 
     assert "of one FILE, not of 2" in complaint(CSV, CSV, "--step", tmp_path / "a")
+    assert "not of the segments" in complaint(CSV, "--labels", "auto", "--step", tmp_path / "a")
     assert "--chord-error: " in complaint(CSV, "--glb", tmp_path / "a", "--chord-error", "2")
     assert "cannot be written: " in complaint(CSV, "--glb", tmp_path / "missing" / "a")
     np.savetxt(tmp_path / "flat.csv", np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0])

@@ -16,6 +16,7 @@ await fitJson();
 await fitUpload();
 await fitRaw();
 await fitBatch();
+await fitExport();
 await problems();
 await service();
 await nothingIsLeftOut();
@@ -60,6 +61,15 @@ async function fitBatch() {
   assert.deepEqual(kinds, ["cylinder", "cylinder", undefined]);
   const last = lines.at(-1);
   assert.ok(last && "summary" in last && last.summary.fitted === 2);
+}
+
+async function fitExport() {
+  const { data } = await client.POST("/fit/export", {
+    params: { query: { artifacts: ["step", "glb"] } },
+    body: { points },
+    parseAs: "blob",
+  });
+  assert.ok(data && data.size > 1000);
 }
 
 async function problems() {
