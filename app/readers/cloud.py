@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
+from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError, describe
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,9 @@ def find_label(names: Sequence[str], wanted: str | None) -> int | None:
         found = [i for i, name in enumerate(names) if name.strip() == wanted]
         found = found or [i for i, name in enumerate(names) if _bare(name) == _bare(wanted)]
         if not found:
-            raise UnreadableFileError("labels", f"no column of this name among {len(names)}", wanted[:40])
+            raise UnreadableFileError(
+                "labels", f"no column of this name among {len(names)}", describe(wanted)
+            )
     if len(found) > 1:
         raise UnreadableFileError("labels", f"{len(found)} columns may be the labels; name one of them")
     return found[0] if found else None
