@@ -94,6 +94,8 @@ class Linear:
         sizes = np.sqrt(np.maximum(np.diag(square), 0.0))
         if not np.all(sizes > 0.0):
             return None
+        if not len(sizes):  # nothing is free, and nothing uncertain
+            return square
         scaled = square / np.outer(sizes, sizes)
         if not np.linalg.eigvalsh(scaled)[0] > UNDETERMINED:
             return None

@@ -91,7 +91,7 @@ def _along(
         if surface is not None:
             moves[side] = optimum.numbers(surface) - values
         else:
-            moves[side] = np.where(follows, sign * np.sign(slope) * np.inf, 0.0)
+            moves[side] = np.where(follows, np.copysign(np.inf, sign * slope), 0.0)
     down = np.sqrt(np.minimum(moves.min(axis=0), 0.0) ** 2 + beside)
     up = np.sqrt(np.maximum(moves.max(axis=0), 0.0) ** 2 + beside)
     linear = quantile * np.sqrt(variances)

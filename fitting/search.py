@@ -178,7 +178,9 @@ def _fit_robustly(
 def _likeliest(kind: str, starts: Array, view: View, cloud: Cloud, rng: np.random.Generator) -> Annealed:
     """The end of a search, or of one in the flattest part of the cloud where much noise is unexplained."""
     best = search(kind, starts, view)
-    if best.exact_share == 0.0 and _noise(best.primitive, cloud).scale > UNEXPLAINED * cloud.local_noise:
+    if best.exact_share > 0.0 or len(cloud.flattest) < PRIMITIVES[kind].dof:
+        return best
+    if _noise(best.primitive, cloud).scale > UNEXPLAINED * cloud.local_noise:
         return _likelier(best, kind, cloud, rng, view.limits)
     return best
 

@@ -129,5 +129,5 @@ def coverage(along: Array, across: Array, aspect: float) -> float:
 
 
 def cell(shares: Array, number: int) -> np.ndarray:
-    """In which of a number of equal parts of [0, 1] each value lies."""
-    return np.clip((shares * number).astype(np.intp), 0, number - 1)
+    """In which of a number of equal parts of [0, 1] each value lies; values over a span of 0 in the first."""
+    return np.clip((np.clip(np.nan_to_num(shares), 0.0, 1.0) * number).astype(np.intp), 0, number - 1)

@@ -330,6 +330,22 @@ def test_everything_may_be_fixed() -> None:
     assert answer.active_constraints == {"radius": "fixed at 1.3", "center": "fixed"}
 
 
+def test_the_uncertainty_of_what_is_fixed_is_none() -> None:
+    constraints = {"center": TRUTH["sphere"].center.tolist(), "radius": {"value": 1.3}}  # type: ignore[attr-defined]
+    known = fit("sphere", constraints).uncertainty
+    assert known is not None and known.covariance is not None
+    assert not known.covariance.any()
+    assert {interval.method for interval in known.intervals.values()} == {"held"}
+
+
+def test_three_points_and_a_known_normal_are_a_plane() -> None:
+    points = [[0.0, 0.0, 0.001], [1.0, 0.0, 0.0], [0.0, 1.0, -0.001]]
+    constraints = Constraints.of({"normal": {"direction": [0, 0, 1]}})
+    answer = recognize(points, Config(kinds=("plane",), constraints=constraints))  # type: ignore[arg-type]
+    assert answer.primitive is not None
+    np.testing.assert_array_equal(answer.primitive.normal, [0.0, 0.0, 1.0])  # type: ignore[attr-defined]
+
+
 def test_an_initial_guess_joins_the_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without any start of its own the search comes from the guess, in input units, to the same end."""
     expected = fit("cylinder", {})
