@@ -108,10 +108,10 @@ def _fit(job: FitJob) -> Reply:
             raise AlreadyAnsweredError("the answer would be the one that you named", {"ETag": tag})
     recognition, content, facts = fitted(cloud, options)
     seconds = {"read": read_at - started, "fit": facts["fit_seconds"]}
+    if wanted is not None:
+        return Reply(200, bundle(to_json(content), recognition, wanted), ZIP, seconds=seconds, facts=facts)
     headers = {"ETag": etag(content["receipt"], cloud)}
-    if wanted is None:
-        return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
-    return Reply(200, bundle(to_json(content), recognition, wanted), ZIP, seconds=seconds, facts=facts)
+    return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
 
 
 def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any], dict[str, Any]]:

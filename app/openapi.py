@@ -292,11 +292,13 @@ FIT: dict[str, Any] = {
         "parameters": [*_query(), _IF_NONE_MATCH],
     },
 }
+# Only `fit` has tags to compare.
+_REFUSALS = {status: refused for status, refused in FIT["responses"].items() if status not in ("200", "412")}
 FIT_EXPORT: dict[str, Any] = {
     "tags": ["fitting"],
     "response_description": "`answer.json`, the answer of `POST /fit`, and the files",
     "responses": {
-        **{status: refused for status, refused in FIT["responses"].items() if status not in ("200", "412")},
+        **_REFUSALS,
         "200": {
             "headers": {"Server-Timing": {"$ref": "#/components/headers/ServerTiming"}},
             "content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}},
@@ -331,7 +333,7 @@ FIT_BATCH: dict[str, Any] = {
     "tags": ["fitting"],
     "status_code": 200,
     "responses": {
-        **FIT["responses"],
+        **_REFUSALS,
         "200": {
             "description": "A JSON object a line: for each item, in the order of the input, what was found "
             "or the problem with it; then the summary",
