@@ -16,7 +16,7 @@ from app.keys import Keys
 from app.problems import RateLimitedError
 from app.rate_limit import RateLimit
 from app.server import is_loopback
-from tests.app.serving import ALICE, NAMELESS, running
+from tests.app.serving import ALICE, NAMELESS, running, wait_for
 
 SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
 BEARER = {"Authorization": f"Bearer {ALICE}"}
@@ -120,6 +120,7 @@ def test_clients_are_named_in_log_and_metrics_and_their_keys_are_not(guarded_ser
         if family.name == "primfit_client_requests"
     }
     assert clients == {"alice", "key2"}
+    wait_for(lambda: "a-key-that-is-known" in guarded_service.log.read_text())
     log = guarded_service.log.read_text()
     lines = {line.get("request_id"): line for line in map(json.loads, log.splitlines())}
     assert lines["a-key-that-is-known"]["client"] == "alice"
@@ -198,6 +199,7 @@ def test_probes_are_never_limited(limited: Any) -> None:
 def test_who_the_client_is_is_heard_from_trusted_proxies_only(guarded_service: Any) -> None:
     headers = {"X-Forwarded-For": "203.0.113.9", "X-Request-Id": "not-from-a-proxy"}
     guarded_service.client.get("/version", headers=headers)
+    wait_for(lambda: "not-from-a-proxy" in guarded_service.log.read_text())
     (line,) = (line for line in guarded_service.log.read_text().splitlines() if "not-from-a-proxy" in line)
     assert json.loads(line)["address"] == "127.0.0.1"
 
