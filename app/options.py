@@ -46,6 +46,8 @@ def check_options(in_query: Sequence[tuple[str, str]], *in_objects: Mapping[str,
     ]
     checked: dict[str, Any] = {}
     for prefix, given, strict in (("", query, False), *(("options", given, True) for given in in_objects)):
+        if not given:
+            continue
         try:
             checked |= FitOptions.model_validate(given, strict=strict).model_dump(exclude_unset=True)
         except ValidationError as error:

@@ -4,18 +4,22 @@ import asyncio
 import logging
 import multiprocessing
 import os
+import pickle
+import socket
+import struct
 import sys
 from collections.abc import Awaitable, Callable, Coroutine, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing.connection import Connection
 from typing import Any
 
 from app.problems import BusyError, TimeLimitError, WorkerDiedError
 
 _START_LIMIT = 120.0
 _START_PAUSE = 2.0
+_TAKEN, _HEAD, _BUFFER = b"\1", struct.Struct("<cQ"), 2**20
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+# glibc: keep freed memory up to this, which spares each fit some hundred page faults.
+_KEEP_MEMORY = {"MALLOC_TRIM_THRESHOLD_": str(64 * 2**20), "MALLOC_MMAP_THRESHOLD_": str(16 * 2**20)}
 _log = logging.getLogger("primfit")
 
 Work = Callable[[Any], Any]
@@ -25,7 +29,7 @@ Run = Callable[[Any, Abandoned], Awaitable[Any]]
 
 def _context(preload: list[str]) -> Any:
     """Processes are forked from a small server that has imported everything, or spawned without one."""
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"), **_KEEP_MEMORY)
     if sys.platform == "win32":
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
@@ -33,7 +37,7 @@ def _context(preload: list[str]) -> Any:
     return context
 
 
-def _serve(connection: Connection, warm: Callable[[], Any], work: Work) -> None:
+def _serve(pipe: socket.socket, warm: Callable[[], Any], work: Work) -> None:
     """The life of a worker process: warm up, say so, then confirm and do jobs until the pipe closes."""
     import signal
 
@@ -43,17 +47,26 @@ def _serve(connection: Connection, warm: Callable[[], Any], work: Work) -> None:
     if hasattr(os, "nice"):
         os.nice(5)
     try:
-        connection.send((True, warm()))
+        greeting = (True, warm())
     except Exception as error:
-        connection.send((False, f"{type(error).__name__}: {error}"))
-        return
-    while True:
-        try:
-            job = connection.recv()
-        except EOFError:
-            return
-        connection.send(None)
-        connection.send(work(job))
+        greeting = (False, f"{type(error).__name__}: {error}")
+    pipe.sendall(_packed(greeting))
+    stream = pipe.makefile("rb")
+    while head := stream.read(_HEAD.size):
+        _, length = _HEAD.unpack(head)
+        job = pickle.loads(stream.read(length))
+        pipe.sendall(_TAKEN)
+        pipe.sendall(_packed(work(job))[len(_TAKEN) :])
+
+
+def _packed(message: Any) -> bytes:
+    """A message as it goes through a pipe: `_TAKEN`, which confirms a job, its length, and its pickle."""
+    content = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+    return _HEAD.pack(_TAKEN, len(content)) + content
+
+
+class _NotTakenError(WorkerDiedError):
+    """The process ended before it had taken the job."""
 
 
 class _Worker:
@@ -62,7 +75,9 @@ class _Worker:
     def __init__(self, context: Any, warm: Callable[[], Any], work: Work) -> None:
         self._context, self._warm, self._work = context, warm, work
         self._process: Any = None
-        self._connection: Any = None
+        self._pipe: socket.socket | None = None
+        self._reader: asyncio.StreamReader
+        self._writer: asyncio.StreamWriter | None = None
         self._stopped = False
         self.n_starts = 0
         self.greeting: Any = None
@@ -72,69 +87,76 @@ class _Worker:
         process = self._process
         return process is not None and process.is_alive()
 
-    def start(self) -> None:
-        self._connection, theirs = self._context.Pipe()
-        process = self._context.Process(
-            target=_serve, args=(theirs, self._warm, self._work), daemon=True, name="primfit-worker"
-        )
-        process.start()
-        self._process = process
-        theirs.close()
-        if self._stopped:
-            self.kill()
-            raise WorkerDiedError("the service is stopping")
-        warm, greeting = self._receive(_START_LIMIT)
+    async def start(self) -> None:
+        self.kill()
+        # The first process of all waits until the server that it is forked from has imported everything.
+        await asyncio.to_thread(self._start_process)
+        self._reader, self._writer = await asyncio.open_connection(sock=self._pipe, limit=_BUFFER)
+        warm, greeting = await self._receive(_START_LIMIT)
         if not warm:
             self.kill()
             raise WorkerDiedError(f"a worker did not start: {greeting}")
         self.greeting = greeting
         self.n_starts += 1
 
-    def call(self, job: Any, time_limit: float) -> Any:
+    def _start_process(self) -> None:
+        self._pipe, theirs = socket.socketpair()
+        with theirs:
+            self._process = self._context.Process(
+                target=_serve, args=(theirs, self._warm, self._work), daemon=True, name="primfit-worker"
+            )
+            self._process.start()
+        if self._stopped:
+            self.kill()
+
+    async def call(self, job: Any, time_limit: float) -> Any:
         """Have a job done; if that fails, the process is gone afterwards."""
         try:
-            self._begin(job, time_limit)
-        except WorkerDiedError:
+            return await self._done(job, time_limit)
+        except _NotTakenError:
             # It ended while it was idle: the job is not to blame, and goes to a new process.
-            self._begin(job, time_limit)
-        return self._receive(time_limit)
+            return await self._done(job, time_limit)
 
-    def _begin(self, job: Any, time_limit: float) -> None:
-        """Hand a job over and wait until the process says that it has it."""
+    async def _done(self, job: Any, time_limit: float) -> Any:
         if not self.alive:
-            self.start()
-        try:
-            self._connection.send(job)
-        except OSError as error:
-            self.kill()
-            raise WorkerDiedError("the worker process had ended") from error
-        self._receive(time_limit)
+            await self.start()
+        assert self._writer is not None
+        self._writer.write(_packed(job))
+        return await self._receive(time_limit)
 
-    def _receive(self, time_limit: float) -> Any:
+    async def _receive(self, time_limit: float) -> Any:
         try:
-            if self._connection.poll(time_limit):
-                return self._connection.recv()
-        except (EOFError, OSError) as error:
+            async with asyncio.timeout(time_limit):
+                _, length = _HEAD.unpack(await self._reader.readexactly(_HEAD.size))
+                return pickle.loads(await self._reader.readexactly(length))
+        except TimeoutError:
             self.kill()
-            raise WorkerDiedError("the worker process ended while it worked on this request") from error
-        self.kill()
-        raise TimeLimitError(
-            f"not done after {time_limit:g} s, the limit of this service; the work was stopped"
-        )
+            raise TimeLimitError(
+                f"not done after {time_limit:g} s, the limit of this service; the work was stopped"
+            ) from None
+        except asyncio.IncompleteReadError as error:
+            self.kill()
+            died = WorkerDiedError if error.partial else _NotTakenError
+            raise died("the worker process ended while it worked on this request") from error
+        except OSError as error:  # it closed its end before it had read all of ours
+            self.kill()
+            raise _NotTakenError("the worker process had ended") from error
 
     def kill(self) -> None:
-        if self._process is not None:
+        """End the process, where there is one, and close the pipe."""
+        if self.alive:
             self._process.kill()
             self._process.join()
-            self._connection.close()
-            self._process = None
+        if self._writer is not None:
+            self._writer.transport.abort()
+        elif self._pipe is not None:
+            self._pipe.close()
+        self._process = self._pipe = self._writer = None
 
     def stop(self) -> None:
-        """End the process from another thread than the one that may be waiting for it."""
+        """End the process, also one that is still being started."""
         self._stopped = True
-        if (process := self._process) is not None:
-            process.kill()
-            process.join()
+        self.kill()
 
 
 class WorkerPool:
@@ -152,7 +174,6 @@ class WorkerPool:
     ) -> None:
         context = _context(preload or [])
         self._workers = [_Worker(context, warm, work) for _ in range(size)]
-        self._threads = ThreadPoolExecutor(size, thread_name_prefix="primfit-pipe")
         self._free: asyncio.Queue[_Worker] = asyncio.Queue()
         self._warm: set[_Worker] = set()
         self._tasks: set[asyncio.Task[Any]] = set()
@@ -186,11 +207,13 @@ class WorkerPool:
             self._spawn(self._revive(worker))
 
     async def run(self, job: Any, abandoned: Abandoned) -> Any:
-        """Have a job done by the next free worker, unless it is `abandoned` when its turn comes.
+        """Have a job done by the next free worker, unless it had to wait and was `abandoned` meanwhile.
 
         Raises `BusyError`, `TimeLimitError`, `WorkerDiedError`; returns None for an abandoned job.
         """
-        if self._free.empty() and self.n_waiting >= self._queue_size:
+        if not self._free.empty():
+            return await self._do(self._free.get_nowait(), job)
+        if self.n_waiting >= self._queue_size:
             raise BusyError(f"{self.n_waiting} requests are waiting, the limit of this service")
         self.n_waiting += 1
         try:
@@ -231,12 +254,16 @@ class WorkerPool:
                 self._free.put_nowait(worker)
         if given_up:
             return None
+        return await self._do(worker, job)
+
+    async def _do(self, worker: _Worker, job: Any) -> Any:
+        """Have the worker do it to the end, also where the caller is cancelled meanwhile."""
         return await asyncio.shield(self._spawn(self._call(worker, job)))
 
     async def _call(self, worker: _Worker, job: Any) -> Any:
         self.n_busy += 1
         try:
-            return await self._in_thread(worker.call, job, self._time_limit)
+            return await worker.call(job, self._time_limit)
         finally:
             self.n_busy -= 1
             if worker.alive:
@@ -249,15 +276,12 @@ class WorkerPool:
         self._warm.discard(worker)
         while not worker.alive:
             try:
-                await self._in_thread(worker.start)
+                await worker.start()
             except Exception as error:
                 _log.error("%s; trying again", error)
                 await asyncio.sleep(_START_PAUSE)
         self._warm.add(worker)
         self._free.put_nowait(worker)
-
-    def _in_thread(self, function: Callable[..., Any], *args: Any) -> asyncio.Future[Any]:
-        return asyncio.get_running_loop().run_in_executor(self._threads, function, *args)
 
     def _spawn(self, coroutine: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
         task = asyncio.create_task(coroutine)
@@ -269,6 +293,5 @@ class WorkerPool:
         """End every worker, busy or not."""
         for task in self._tasks:
             task.cancel()
-        self._threads.shutdown(wait=False, cancel_futures=True)
         for worker in self._workers:
             worker.stop()

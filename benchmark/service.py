@@ -3,17 +3,17 @@
 The fit alone runs in a process of its own, as niced as the workers of the service and on the same processor.
 """
 
-import http.client
 import io
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -34,6 +34,7 @@ NICE = 5
 """What workers of the service add to their niceness."""
 WARM_UP = 3
 PATIENCE = 60.0
+_REPLY = re.compile(rb"HTTP/1.1 (?P<status>\d+)(?s:.*?)\r\ncontent-length: (?P<length>\d+)(?s:.*?)\r\n\r\n")
 SCAN = ScannerRecipe(noise=Range(1e-3, 1e-3), noiseless=0.0, outliers=Range(0.0, 0.0), size=Range(1.0, 1.0))
 
 
@@ -95,7 +96,7 @@ def measure(turns: int, seed: int, log: Path) -> Iterator[Row]:
     with (
         Child(Path(sys.executable), log) as child,
         serving(log) as port,
-        closing(_connection(port)) as connection,
+        _connection(port) as connection,
     ):
         child.introduction(METHOD)
         assert child.process is not None
@@ -112,9 +113,7 @@ def _case(seed: int, kind: str, size: int) -> Case:
     return Case(kind, np.ascontiguousarray(drawn.points[:size]), None, {})
 
 
-def _row(
-    connection: http.client.HTTPConnection, child: Child, format: str, cases: list[Case], turns: int
-) -> Row:
+def _row(connection: socket.socket, child: Child, format: str, cases: list[Case], turns: int) -> Row:
     media_type, write = FORMATS[format]
     bodies = [write(case.points) for case in cases]
     requests, fits = np.zeros((2, len(cases), WARM_UP + turns))
@@ -131,17 +130,29 @@ def _row(
     return Row(format, len(cases[0].points), len(bodies[0]), requests[:, WARM_UP:], fits[:, WARM_UP:])
 
 
-def _post(connection: http.client.HTTPConnection, media_type: str, body: bytes) -> bytes:
-    connection.request("POST", "/fit", body, {"Content-Type": media_type})
-    reply = connection.getresponse()
-    content = reply.read()
-    if reply.status != 200:
-        raise ServiceError(f"the service answered {reply.status}: {content.decode()[:200]}")
+def _post(connection: socket.socket, media_type: str, body: bytes) -> bytes:
+    status, content = _ask(connection, f"POST /fit HTTP/1.1\r\nContent-Type: {media_type}", body)
+    if status != 200:
+        raise ServiceError(f"the service answered {status}: {content.decode()[:200]}")
     return content
 
 
-def _connection(port: int) -> http.client.HTTPConnection:
-    return http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+def _ask(connection: socket.socket, head: str, body: bytes = b"") -> tuple[int, bytes]:
+    """Status and body of an answer, over a bare socket: what a client library adds is its own affair."""
+    connection.sendall(f"{head}\r\nHost: localhost\r\nContent-Length: {len(body)}\r\n\r\n".encode() + body)
+    reply = b""
+    while not (found := _REPLY.match(reply)) or len(reply) < found.end() + int(found["length"]):
+        piece = connection.recv(2**16)
+        if not piece:
+            raise ConnectionError("the service closed the connection")
+        reply += piece
+    return int(found["status"]), reply[found.end() :]
+
+
+def _connection(port: int) -> socket.socket:
+    connection = socket.create_connection(("127.0.0.1", port), PATIENCE)
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return connection
 
 
 @contextmanager
@@ -182,9 +193,8 @@ def _wait(process: subprocess.Popen[bytes], port: int, log: Path) -> None:
     deadline = time.monotonic() + PATIENCE
     while process.poll() is None and time.monotonic() < deadline:
         try:
-            with closing(_connection(port)) as connection:
-                connection.request("GET", "/readyz")
-                if connection.getresponse().status == 200:
+            with _connection(port) as connection:
+                if _ask(connection, "GET /readyz HTTP/1.1")[0] == 200:
                     return
         except OSError:
             pass

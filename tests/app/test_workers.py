@@ -151,11 +151,14 @@ def test_a_caller_that_is_cancelled_while_it_is_asked_keeps_no_worker() -> None:
         with pool.batch() as run:
             for way in (run, pool.run):
                 asked.clear()
+                busy = asyncio.create_task(pool.run(0.1, _wanted))
+                await asyncio.sleep(0.0)
                 task = asyncio.create_task(way(0.0, unsure))
                 await asked.wait()
                 task.cancel()
                 with pytest.raises(asyncio.CancelledError):
                     await task
+                await busy
             assert await asyncio.wait_for(run(0.0, _wanted), 30) is None
 
     _with_pool(time.sleep, use)
