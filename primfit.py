@@ -9,6 +9,7 @@
 """
 
 from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
 
 from app.engine import fit
 from app.exports import NothingToExportError, export
@@ -19,6 +20,9 @@ from fitting.errors import InvalidOptionError, InvalidPointCloudError
 from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
 from fitting.recognize import recognize
 from fitting.result import Attempt, ErrorSummary, NoiseSummary, Recognition
+
+if TYPE_CHECKING:
+    from app.estimator import PrimitiveFitter
 
 __version__ = version("primfit")
 
@@ -36,6 +40,7 @@ __all__ = [
     "NothingToExportError",
     "Plane",
     "Primitive",
+    "PrimitiveFitter",
     "Recognition",
     "Segment",
     "Sphere",
@@ -47,3 +52,12 @@ __all__ = [
     "parameters",
     "recognize",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """`PrimitiveFitter` when it is first asked for: scikit-learn would double the time of the import."""
+    if name != "PrimitiveFitter":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from app.estimator import PrimitiveFitter
+
+    return PrimitiveFitter

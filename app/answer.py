@@ -1,7 +1,6 @@
 """The answer of `POST /fit` and of `primfit fit --json`, built in one place and byte for byte the same."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import version
@@ -13,9 +12,8 @@ import orjson
 from app.readers.cloud import Array, Cloud
 from fitting.constraints import Constraints
 from fitting.guess import guess_of
-from fitting.primitives import KINDS, Primitive, parameters
-from fitting.result import Attempt, ErrorSummary, NoiseSummary, Recognition
-from fitting.uncertainty import Uncertainty
+from fitting.primitives import KINDS, parameters
+from fitting.result import Recognition
 from models import load_classifier
 
 
@@ -28,19 +26,7 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
     cloud : what was read, for the receipt
     options : the keyword options given to `engine.fit`; those left out stand at their defaults
     """
-    return {
-        "status": recognition.status,
-        "primitive": _primitive(recognition.primitive),
-        "alternatives": [parameters(primitive) for primitive in recognition.alternatives],
-        "message": recognition.message,
-        "extents": recognition.extents and recognition.extents.values(),
-        "uncertainty": _uncertainty(recognition.uncertainty),
-        "error": _summary(recognition.error),
-        "noise": _summary(recognition.noise),
-        "active_constraints": dict(recognition.active_constraints),
-        "attempts": [_attempt(attempt) for attempt in recognition.attempts],
-        "receipt": receipt(cloud, options),
-    }
+    return {**recognition.to_dict(), "receipt": receipt(cloud, options)}
 
 
 def to_json(content: Mapping[str, Any]) -> bytes:
@@ -86,28 +72,3 @@ def versions(classifier: str) -> dict[str, str | None]:
         "numpy": version("numpy"),
         "scipy": version("scipy"),
     }
-
-
-def _attempt(attempt: Attempt) -> dict[str, Any]:
-    return {
-        "kind": attempt.kind,
-        "probability": attempt.probability,
-        "outcome": attempt.outcome,
-        "reason": attempt.reason,
-        "primitive": _primitive(attempt.primitive),
-        "error": _summary(attempt.error),
-        "noise": _summary(attempt.noise),
-    }
-
-
-def _primitive(primitive: Primitive | None) -> dict[str, Any] | None:
-    return None if primitive is None else parameters(primitive)
-
-
-def _summary(summary: ErrorSummary | NoiseSummary | None) -> dict[str, float | None] | None:
-    return None if summary is None else asdict(summary)
-
-
-def _uncertainty(found: Uncertainty | None) -> dict[str, Any] | None:
-    """In lists, as JSON has it."""
-    return None if found is None else orjson.loads(to_json(asdict(found)))

@@ -3,14 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+from app.arrays import as_cloud, as_floats
 from app.readers.cloud import Cloud
 from fitting.config import Config, Criterion
 from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
-from fitting.geometry import Array
 from fitting.guess import guess_of
 from fitting.primitives import KINDS, Primitive
 from fitting.recognize import recognize
@@ -21,7 +20,7 @@ __all__ = ["InvalidOptionError", "InvalidPointCloudError", "Recognition", "fit",
 
 
 def fit(
-    points: ArrayLike,
+    points: Any,
     *,
     kinds: Sequence[str] | None = None,
     classifier: str = "network",
@@ -38,7 +37,8 @@ def fit(
 
     Parameters
     ----------
-    points : (N, 3), any unit of length
+    points : (N, 3), any unit of length: an array, a tensor, a table with columns x, y, z, or a cloud of
+        Open3D or trimesh; see `app.arrays.as_cloud`
     kinds : kinds that may be answered; None allows all
     classifier : who ranks the kinds: `network`, `knn`, or `none` to try all of them and select
     criterion : what the parameters minimise: `robust`, `least_squares`, `huber`, `tukey`, `minimum_zone`,
@@ -46,7 +46,8 @@ def fit(
     max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share of
         the bounding-box diagonal; None derives the threshold from the cloud's own noise
     seed : of every random choice; the same seed gives the same answer
-    normals : (N, 3) unit normals with arbitrary signs, or None to estimate them
+    normals : (N, 3) unit normals with arbitrary signs, or None for those that `points` hold, or else to
+        estimate them
     weights : (N,) how much each point counts in the last refinement, not negative; 0 leaves it out
     standard_deviations : (N,) of the noise of each point [length], in place of weights
     constraints : parameters that are fixed or bounded: `{"radius": {"value": 5}}`, `{"radius": {"min": 4,
@@ -63,9 +64,14 @@ def fit(
         An option is unknown or out of range.
     """
     config = config_of(kinds, classifier, criterion, max_error, seed, constraints, initial_guess)
-    given = None if normals is None else as_floats(normals, "normals")
+    coordinates, held = as_cloud(points)
     return recognize(
-        as_floats(points, "points"), config, load_classifier(classifier), given, weights, standard_deviations
+        coordinates,
+        config,
+        load_classifier(classifier),
+        held if normals is None else as_floats(normals, "normals"),
+        None if weights is None else as_floats(weights, "weights"),
+        None if standard_deviations is None else as_floats(standard_deviations, "standard_deviations"),
     )
 
 
@@ -100,11 +106,3 @@ def fit_cloud(cloud: Cloud, options: Mapping[str, Any]) -> Recognition:
         standard_deviations=cloud.standard_deviations,
         **options,
     )
-
-
-def as_floats(values: ArrayLike, field: str) -> Array:
-    """An array of float64; raises `InvalidPointCloudError` for what is no array of numbers."""
-    try:
-        return np.asarray(values, np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidPointCloudError(f"{field} are not an array of numbers of shape (N, 3)", field) from error

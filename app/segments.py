@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from app.engine import as_floats, config_of, fit
+from app.answer import to_json
+from app.arrays import as_array, as_cloud, as_floats
+from app.engine import config_of, fit
 from app.readers.cloud import Cloud
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
 from fitting.result import Recognition
@@ -49,13 +51,32 @@ class Segment:
     recognition: Recognition | None
     problem: str = ""
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, the recognition as in `Recognition.to_dict`."""
+        return {
+            "label": self.label,
+            "rows": self.rows.tolist(),
+            "recognition": self.recognition and self.recognition.to_dict(),
+            "problem": self.problem,
+        }
 
-def fit_segments(points: ArrayLike, labels: ArrayLike, **options: Any) -> list[Segment]:
+    def to_json(self) -> str:
+        """`to_dict` in one line of JSON."""
+        return to_json(self.to_dict()).decode()
+
+    def __str__(self) -> str:
+        return f"segment {self.label}, {len(self.rows)} points: {self.recognition or self.problem}"
+
+    def __repr__(self) -> str:
+        return f"<Segment {self.label!r}, {len(self.rows)} points: {(self.recognition or self.problem)!r}>"
+
+
+def fit_segments(points: Any, labels: ArrayLike, **options: Any) -> list[Segment]:
     """`fit` each segment of a cloud: the points of one label.
 
     Parameters
     ----------
-    points : (N, 3), any unit of length
+    points : (N, 3), any unit of length: whatever `fit` takes
     labels : (N,) whole numbers or strings
     options : those of `fit`; `normals`, `weights` and `standard_deviations` have a value for each point
 
@@ -72,13 +93,15 @@ def fit_segments(points: ArrayLike, labels: ArrayLike, **options: Any) -> list[S
     InvalidOptionError
         An option is unknown or out of range.
     """
-    given = {"points": points, **{name: options.pop(name, None) for name in PER_POINT[1:]}}
+    given = {name: options.pop(name, None) for name in PER_POINT[1:]}
     config_of(**options)
-    arrays: dict[str, Any] = {
-        name: as_floats(values, name) for name, values in given.items() if values is not None
-    }
+    coordinates, held = as_cloud(points)
+    if given["normals"] is None:
+        given["normals"] = held
+    arrays: dict[str, Any] = {"points": coordinates}
+    arrays |= {name: as_floats(values, name) for name, values in given.items() if values is not None}
     segments = []
-    for label, rows in cut(np.asarray(labels), arrays):
+    for label, rows in cut(as_array(labels), arrays):
         try:
             chosen = {name: array[rows] for name, array in arrays.items()}
             recognition = fit(**chosen, **options)

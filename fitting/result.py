@@ -2,10 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
+
+import orjson
 
 from fitting.extents import Extents
-from fitting.primitives import Primitive
+from fitting.plain import plain
+from fitting.primitives import Primitive, parameters
+from fitting.summary import summary
 from fitting.uncertainty import Uncertainty
 
 Status = Literal["fitted", "ambiguous", "no_fit"]
@@ -67,10 +71,22 @@ class Attempt:
     error: ErrorSummary | None
     noise: NoiseSummary | None
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, as in `attempts` of the body of `POST /fit`."""
+        return {
+            "kind": self.kind,
+            "probability": plain(self.probability),
+            "outcome": self.outcome,
+            "reason": self.reason,
+            "primitive": self.primitive and parameters(self.primitive),
+            "error": plain(self.error),
+            "noise": plain(self.noise),
+        }
+
 
 @dataclass(frozen=True)
 class Recognition:
-    """The answer for one cloud.
+    """The answer for one cloud; `print` shows it in words and aligned numbers.
 
     `primitive` is the accepted one; with status `ambiguous` the first of several (the rest stand in
     `alternatives`), with `no_fit` the best try, and None only if every attempt failed.
@@ -90,6 +106,34 @@ class Recognition:
     active_constraints: Mapping[str, str] = field(default_factory=dict)
     extents: Extents | None = None
     uncertainty: Uncertainty | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values: the body of `POST /fit` without its receipt."""
+        return {
+            "status": self.status,
+            "primitive": self.primitive and parameters(self.primitive),
+            "alternatives": [parameters(primitive) for primitive in self.alternatives],
+            "message": self.message,
+            "extents": self.extents and self.extents.values(),
+            "uncertainty": plain(self.uncertainty),
+            "error": plain(self.error),
+            "noise": plain(self.noise),
+            "active_constraints": dict(self.active_constraints),
+            "attempts": [attempt.to_dict() for attempt in self.attempts],
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` in one line of JSON; numbers read back to the same float64."""
+        return orjson.dumps(self.to_dict()).decode()
+
+    def __str__(self) -> str:
+        return summary(self.to_dict())
+
+    def __repr__(self) -> str:
+        kinds = " or ".join(each.kind for each in (self.primitive, *self.alternatives) if each)
+        best = "best try " if kinds and self.status == "no_fit" else ""
+        found = [self.status, best + kinds, f"{self.n_points} points"]
+        return f"<Recognition: {', '.join(filter(None, found))}>"
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """How well the numbers of an answer are known, as values; `fitting.appraise` makes them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from fitting.geometry import Array
@@ -77,7 +77,7 @@ class Uncertainty:
     noise_model: NoiseModelName
     correlation: CorrelatedNoise | None
     parameters: tuple[str, ...]
-    covariance: Array | None
+    covariance: Array | None = field(repr=False)
     intervals: Mapping[str, Interval]
     direction: Spread | None
     position: Spread | None

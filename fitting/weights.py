@@ -31,7 +31,7 @@ def factors_of(weights: object, standard_deviations: object, n_points: int) -> A
     positive = factors[factors > 0.0]
     if len(positive) < 3:
         raise InvalidPointCloudError(
-            f"{len(positive)} points have a positive weight; at least 3 are needed", "weights"
+            f"{len(positive)} points have a weight over zero; at least 3 are needed", "weights"
         )
     return np.asarray(factors / np.median(positive))
 

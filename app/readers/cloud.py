@@ -146,7 +146,7 @@ def build_cloud(table: Array, columns: Columns, format: str, labels: NDArray[Any
     """
     points = np.ascontiguousarray(table[:, columns.points], dtype=np.float64)
     check_finite(points)
-    normals = _unit(table[:, columns.normals]) if columns.normals else None
+    normals = unit_normals(table[:, columns.normals]) if columns.normals else None
     names = columns.names if normals is not None else columns.names[:3]
     return Cloud(points, names, normals, format, labels=labels, label_column=columns.label_name)
 
@@ -207,7 +207,7 @@ def check_finite(points: Array, field: str = "points") -> None:
     )
 
 
-def _unit(normals: Array) -> Array | None:
+def unit_normals(normals: Array) -> Array | None:
     """Normals scaled to length 1, or None where one of them has no direction: then none is trusted."""
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     if not (np.isfinite(lengths).all() and (lengths > 0.0).all()):

@@ -511,7 +511,7 @@ def test_weights_follow_the_points_of_a_large_cloud() -> None:
         ({"weights": np.ones(5)}, "weights", r"\(300,\) is needed"),
         ({"weights": -np.ones(300)}, r"weights[0]", "-1"),
         ({"weights": np.full(300, np.nan)}, r"weights[0]", "nan"),
-        ({"weights": np.eye(300)[0]}, "weights", "1 points have a positive weight"),
+        ({"weights": np.eye(300)[0]}, "weights", "1 points have a weight over zero"),
         ({"weights": ["a"] * 300}, "weights", "numbers"),
         ({"standard_deviations": np.zeros(300)}, "standard_deviations[0]", "is 0"),
         ({"standard_deviations": np.ones(300), "weights": np.ones(300)}, "weights", "not both"),

@@ -1,0 +1,151 @@
+"""An answer in words and aligned numbers: the rows that `print` and the command line show."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+Row = tuple[str, str]
+"""A label, empty where it is that of the row before, and what stands beside it."""
+
+SYMMETRIC = 0.05
+"""Relative difference of the two halves of an interval up to which it is shown as one half-width."""
+
+_LABEL_WIDTH = 14
+
+
+def summary(answer: Mapping[str, Any]) -> str:
+    """The answer (`Recognition.to_dict`) as lines of text."""
+    tried = ", ".join(f"{attempt['kind']} ({attempt['outcome']})" for attempt in answer["attempts"])
+    rows = [row for section in sections(answer) for row in section]
+    lines = [f"{label:<{_LABEL_WIDTH}}{text}".rstrip() for label, text in [*rows, ("tried", tried)]]
+    return "\n".join([f"{worded(answer['status'])}  {answer['message']}", *lines])
+
+
+def sections(answer: Mapping[str, Any]) -> list[list[Row]]:
+    """What an answer says beside its status and its trail, in groups of rows."""
+    known, groups = answer["uncertainty"], []
+    if answer["primitive"] is not None:
+        label = "best try" if answer["status"] == "no_fit" else "kind"
+        groups.append(list(_parameters(answer["primitive"], label, known)))
+    groups += [list(_parameters(other, "or", None)) for other in answer["alternatives"]]
+    if answer["extents"] is not None:
+        groups.append(_extents(answer["extents"]))
+    if known is not None and known["warnings"]:
+        groups.append([("warning", warning["message"]) for warning in known["warnings"]])
+    if answer["error"] is not None:
+        groups.append(_error(answer["error"], answer["noise"]))
+    if answer["active_constraints"]:
+        effects = answer["active_constraints"].items()
+        groups.append(_labelled("constraints", [f"{worded(name)}: {effect}" for name, effect in effects]))
+    return groups
+
+
+def worded(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _labelled(label: str, texts: list[str]) -> list[Row]:
+    return [("" if i else label, text) for i, text in enumerate(texts)]
+
+
+def _parameters(primitive: Mapping[str, Any], label: str, known: Mapping[str, Any] | None) -> Iterator[Row]:
+    """The kind and a row for each parameter, with its 95 % interval; for coordinates that is the next row."""
+    intervals = {} if known is None else known["intervals"]
+    yield label, primitive["kind"] + (", with 95 % intervals" if intervals else "")
+    for name, value in primitive.items():
+        if name == "kind":
+            continue
+        if not isinstance(value, list):
+            unit = f" rad = {_plain(math.degrees(value))} degrees" if name == "half_angle" else ""
+            yield worded(name), _aligned(_plain(value)) + _within(value, intervals.get(name)) + unit
+            continue
+        numbers = "".join(_aligned(_plain(each)) for each in value)
+        if known is not None and known["direction"] is not None and name in ("axis", "normal"):
+            numbers += f"  ± {math.degrees(known['direction']['radius_95']):.2g} degrees"
+        yield worded(name), numbers
+        halves = [
+            _half_width(each, intervals.get(f"{name}.{axis}"))
+            for each, axis in zip(value, "xyz", strict=True)
+        ]
+        if any(halves):
+            yield "", "".join(_aligned(half) for half in halves)
+    if known is not None and known["position"] is not None:
+        across = "axis" if "axis" in primitive else "plane"
+        radius = f"± {known['position']['radius_95']:.2g}"
+        yield "position", f"{_aligned(radius)}  across the {across}"
+
+
+def _half_width(value: float, interval: Mapping[str, Any] | None) -> str:
+    """The longer half of an interval; nothing where the value is held, or an end is open."""
+    if interval is None or interval["method"] == "held" or None in (interval["low"], interval["high"]):
+        return ""
+    return f"± {max(value - interval['low'], interval['high'] - value):.2g}"
+
+
+def _within(value: float, interval: Mapping[str, Any] | None) -> str:
+    """The interval of a number: as a half-width, by its ends where it leans to one side, or what is known."""
+    if interval is None or interval["method"] == "held":
+        return ""
+    low, high = interval["low"], interval["high"]
+    if low is None or high is None:
+        ends = [f"{word} {_plain(end)}" for word, end in (("from", low), ("to", high)) if end is not None]
+        return "  " + (" ".join(ends) or "not bounded by the points")
+    below, above = value - low, high - value
+    if abs(above - below) <= SYMMETRIC * max(above, below):
+        return f"  {_half_width(value, interval)}"
+    return f"  {_plain(low)} to {_plain(high)}"
+
+
+def _extents(extents: Mapping[str, Any]) -> list[Row]:
+    area = f"area {extents['area']:.6g}, of which {extents['coverage']:.0%} have points near them"
+    return _labelled("extents", [*_SHAPES[extents["kind"]](extents), area])
+
+
+def _arc(of: Mapping[str, Any], prefix: str = "") -> str:
+    if of[f"{prefix}full_turn"]:
+        return "a full turn"
+    start, span = (math.degrees(of[f"{prefix}{name}"]) for name in ("start_angle", "span"))
+    return f"{span:.5g} degrees, from {start:.5g}"
+
+
+def _cap(of: Mapping[str, Any]) -> str:
+    if of["full_sphere"]:
+        return "the full sphere"
+    return f"a cap of half-angle {math.degrees(of['half_angle']):.5g} degrees, height {of['height']:.6g}"
+
+
+_SHAPES: dict[str, Callable[[Mapping[str, Any]], list[str]]] = {
+    "plane": lambda of: [
+        f"{of['length']:.6g} x {of['width']:.6g}, an outline of {len(of['outline'])} corners"
+    ],
+    "sphere": lambda of: [_cap(of)],
+    "cylinder": lambda of: [f"length {of['length']:.6g}", _arc(of)],
+    "cone": lambda of: [
+        f"height {of['start_height']:.6g} to {of['end_height']:.6g} from the apex",
+        f"radius {of['start_radius']:.6g} to {of['end_radius']:.6g}",
+        _arc(of),
+    ],
+    "torus": lambda of: [f"around the axis {_arc(of)}", f"around the tube {_arc(of, 'tube_')}"],
+}
+
+
+def _error(error: Mapping[str, float], noise: Mapping[str, float | None]) -> list[Row]:
+    shares = (f"{name} {noise[f'{name}_share']:.1%}" for name in ("exact", "outlier"))
+    step = noise["quantisation_step"]
+    return [
+        ("error", "  ".join(f"{name} {error[key]:.3g}" for name, key in _LENGTHS)),
+        ("", f"mean over the bounding-box diagonal {error['relative_mean']:.3g}"),
+        ("points", "  ".join((f"inlier {error['inlier_share']:.1%}", *shares))),
+        ("noise", f"{noise['scale']:.3g}" + (f"  coordinates in steps of {step:g}" if step else "")),
+    ]
+
+
+_LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95 %", "p95"), ("max", "max"), ("zone", "zone"))
+
+
+def _plain(value: float) -> str:
+    return f"{value:.9g}"
+
+
+def _aligned(text: str) -> str:
+    return f"{text:>16}"

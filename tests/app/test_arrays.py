@@ -1,0 +1,131 @@
+"""Clouds of other libraries give the answer of their arrays; what is not installed is skipped."""
+
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+import primfit
+from app.readers.cloud import unit_normals
+from fitting.errors import InvalidPointCloudError
+from tests.fitting.clouds import EXAMPLES, noisy
+
+CYLINDER = EXAMPLES["cylinder"]
+POINTS = noisy(CYLINDER, 300, 0.01)
+NORMALS = unit_normals(CYLINDER.gradient(POINTS))
+ROWS = np.hstack([POINTS, CYLINDER.gradient(POINTS)])
+PLAIN = primfit.fit(POINTS).to_json()
+WITH_NORMALS = primfit.fit(POINTS, normals=NORMALS).to_json()
+
+
+class Arrayish:
+    """What offers NumPy an array, as many libraries do."""
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return POINTS.astype(dtype or float)
+
+
+def records(names: str) -> np.ndarray:
+    return np.rec.fromarrays(ROWS[:, : len(names.split())].T, names=names.replace(" ", ","))
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        (POINTS.tolist(), PLAIN),
+        (Arrayish(), PLAIN),
+        (records("x y z"), PLAIN),
+        (records("X y z normal_x normal_y normal_z"), WITH_NORMALS),
+    ],
+    ids=["lists", "an array by request", "records", "records with normals"],
+)
+def test_what_numpy_reads(given: Any, expected: str) -> None:
+    assert primfit.fit(given).to_json() == expected
+
+
+def test_pandas_by_the_names_of_the_columns() -> None:
+    pandas = pytest.importorskip("pandas", reason="needs pandas")
+    names = ["nz", "z", "x", "y", "nx", "ny"]
+    table = pandas.DataFrame(ROWS[:, [5, 2, 0, 1, 3, 4]], columns=names).assign(name="part")
+    assert primfit.fit(table).to_json() == WITH_NORMALS
+    assert primfit.fit(table[["z", "x", "y", "name"]]).to_json() == PLAIN
+    assert primfit.fit(pandas.DataFrame(POINTS)).to_json() == PLAIN
+    with pytest.raises(InvalidPointCloudError, match="points: no column named x, y, z among 3"):
+        primfit.fit(pandas.DataFrame(POINTS, columns=["a", "b", "c"]))
+    with pytest.raises(InvalidPointCloudError, match=r"points\['x'\]: Series is not an array of numbers"):
+        primfit.fit(pandas.DataFrame({"x": ["a"] * 9, "y": 0.0, "z": 0.0}))
+    (segment,) = primfit.fit_segments(table, pandas.Series(["a"] * 300))
+    assert segment.recognition is not None and segment.recognition.to_json() == WITH_NORMALS
+
+
+def test_trimesh_gives_its_vertices() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    assert primfit.fit(trimesh.PointCloud(POINTS)).to_json() == PLAIN
+    mesh = trimesh.Trimesh(POINTS, np.arange(300).reshape(100, 3), process=False)
+    assert primfit.fit(mesh).to_json() == PLAIN
+    assert primfit.fit(mesh, normals=NORMALS).to_json() == WITH_NORMALS
+
+
+def test_open3d_with_its_normals() -> None:
+    open3d = pytest.importorskip("open3d", reason="needs open3d")
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(POINTS))
+    assert primfit.fit(cloud).to_json() == PLAIN
+    cloud.normals = open3d.utility.Vector3dVector(ROWS[:, 3:])
+    assert primfit.fit(cloud).to_json() == WITH_NORMALS
+    (segment,) = primfit.fit_segments(cloud, np.zeros(300, int))
+    assert segment.recognition is not None and segment.recognition.to_json() == WITH_NORMALS
+    tensors = open3d.t.geometry.PointCloud.from_legacy(cloud, open3d.core.float64)
+    assert primfit.fit(tensors).to_json() == WITH_NORMALS
+    del tensors.point["normals"]
+    assert primfit.fit(tensors).to_json() == PLAIN
+    mesh = open3d.geometry.TriangleMesh(
+        cloud.points, open3d.utility.Vector3iVector(np.arange(300).reshape(100, 3))
+    )
+    mesh.compute_vertex_normals()
+    assert primfit.fit(mesh).to_json() == PLAIN
+    assert (
+        primfit.fit(open3d.t.geometry.TriangleMesh.from_legacy(mesh, open3d.core.float64)).to_json() == PLAIN
+    )
+    with pytest.raises(InvalidPointCloudError, match="points: PointCloud is not an array of numbers"):
+        primfit.fit(open3d.t.geometry.PointCloud())
+
+
+@pytest.mark.parametrize(
+    ("given", "kind"),
+    [
+        ({"x": [1.0]}, "dict"),
+        (None, "NoneType"),
+        (3.0, "float"),
+        ("cloud.ply", "str"),
+        (object(), "object"),
+        (POINTS + 1j, "ndarray"),
+        (CYLINDER, "Cylinder"),
+        ((row for row in POINTS), "generator"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "given",
+)
+def test_what_is_no_cloud_is_named(given: Any, kind: str) -> None:
+    with pytest.raises(
+        InvalidPointCloudError, match=f"^points: {kind} is not an array of numbers; give"
+    ) as caught:
+        primfit.fit(given)
+    assert caught.value.field == "points"
+
+
+def test_other_fields_are_named_too() -> None:
+    with pytest.raises(InvalidPointCloudError, match=r"^weights: dict is not an array of numbers$") as caught:
+        primfit.fit(POINTS, weights={})
+    assert caught.value.field == "weights"
+
+
+def test_no_other_library_is_imported() -> None:
+    script = (
+        "import sys, numpy as np, primfit\n"
+        "points = np.random.default_rng(0).normal(size=(50, 3))\n"
+        "print(primfit.fit(points, kinds=['sphere']))\n"
+        "print(sorted({'open3d', 'pandas', 'sklearn', 'torch', 'trimesh'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "[]"
