@@ -12,13 +12,15 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from app.engine import fit
-from app.exports import NothingToExportError, export
+from app.exports import NothingToExportError, export, form, residuals
 from app.segments import Segment, fit_segments
 from fitting.config import Config
 from fitting.constraints import Constraints
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
+from fitting.form import Form
 from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
 from fitting.recognize import recognize
+from fitting.residuals import Residuals
 from fitting.result import Attempt, ErrorSummary, NoiseSummary, Recognition
 
 if TYPE_CHECKING:
@@ -34,6 +36,7 @@ __all__ = [
     "Constraints",
     "Cylinder",
     "ErrorSummary",
+    "Form",
     "InvalidOptionError",
     "InvalidPointCloudError",
     "NoiseSummary",
@@ -42,6 +45,7 @@ __all__ = [
     "Primitive",
     "PrimitiveFitter",
     "Recognition",
+    "Residuals",
     "Segment",
     "Sphere",
     "Torus",
@@ -49,8 +53,10 @@ __all__ = [
     "export",
     "fit",
     "fit_segments",
+    "form",
     "parameters",
     "recognize",
+    "residuals",
 ]
 
 

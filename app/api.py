@@ -92,12 +92,12 @@ async def fit(request: Request) -> Response:
 @router.post(
     "/fit/export",
     operation_id="fit_export",
-    summary="Fit a cloud, and export the primitive",
+    summary="Fit a cloud, and export what was found",
     response_class=Zip,
     **openapi.FIT_EXPORT,
 )
 async def fit_export(request: Request) -> Response:
-    """Fit a cloud, and hand out the trimmed primitive as STEP file and meshes, with the answer, in a ZIP."""
+    """Fit a cloud, and hand out the trimmed primitive, residuals, a report and the answer in a ZIP."""
     return await _fitted(request, export=True)
 
 

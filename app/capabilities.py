@@ -6,6 +6,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, metadata, requires, version
 from typing import Any, get_args
 
+from app.exports import FORMATS as ARTIFACTS
 from app.readers import CODINGS, FORMATS
 from app.schemas import (
     Capabilities,
@@ -31,6 +32,7 @@ def capabilities(settings: Settings, versions: Versions) -> Capabilities:
         classifiers=list(get_args(ClassifierName.__value__)),
         criteria=list(get_args(CriterionName.__value__)),
         formats=[InputFormat.model_validate(asdict(format)) for format in FORMATS],
+        artifacts=list(ARTIFACTS),
         content_encodings=list(CODINGS),
         options=_options(),
         limits=ServiceLimits(**settings.model_dump(include=set(ServiceLimits.model_fields))),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 if TYPE_CHECKING:
-    from fitting.result import Recognition
+    from app.exports import ExportOptions, Fitted
 
 # As in the service: one thread a process, so that every way in gives the same numbers.
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -90,6 +90,9 @@ Labels = Annotated[
     ),
 ]
 ExportFile = Annotated[Path | None, typer.Option(help="Write the trimmed primitive to it.", dir_okay=False)]
+ResidualFile = Annotated[
+    Path | None, typer.Option(help="Write the signed residuals of all points to it.", dir_okay=False)
+]
 Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", show_default="0")]
 
 app = typer.Typer(
@@ -144,8 +147,19 @@ def fit(
     shrec22: Annotated[
         Path | None, typer.Option(help="Write the prediction of the SHREC 2022 track to it.", dir_okay=False)
     ] = None,
+    residuals_npy: ResidualFile = None,
+    residuals_csv: ResidualFile = None,
+    residuals_ply: ResidualFile = None,
+    residuals_las: ResidualFile = None,
+    form: Annotated[
+        Path | None, typer.Option(help="Write form errors and percentiles to it, as JSON.", dir_okay=False)
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Write a report with pictures to it, one HTML file.", dir_okay=False)
+    ] = None,
     unit: Annotated[
-        Literal["mm", "m", "inch"], typer.Option(help="Of the coordinates, as STEP files say it.")
+        Literal["mm", "m", "inch"],
+        typer.Option(help="Of the coordinates, as STEP files and reports say it."),
     ] = "mm",
     chord_error: Annotated[
         float, typer.Option(help="Largest distance of meshes from the surface, as a share of its size.")
@@ -167,9 +181,10 @@ def fit(
 
     options = _options(kind, classifier, criterion, max_error, seed, constraint, initial_guess)
     named = {"step": step, "glb": glb, "obj": obj, "stl": stl, "ply": ply_mesh, "csv": csv_row}
-    exports = {name: file for name, file in (named | {"shrec22": shrec22}).items() if file is not None}
-    if exports:
-        _check_exports(files, labels, unit, chord_error)
+    named |= {"shrec22": shrec22, "residuals_npy": residuals_npy, "residuals_csv": residuals_csv}
+    named |= {"residuals_ply": residuals_ply, "residuals_las": residuals_las, "form": form, "report": report}
+    exports = {name: file for name, file in named.items() if file is not None}
+    export_options = _export_options(files, labels, unit, chord_error) if exports else None
     console = Console(highlight=False)
     worst = 0
     for name, item, found in _answers(files, options, labels):
@@ -177,7 +192,7 @@ def fit(
             _complain(found.name, found.message)
             worst = _worse(worst, found.exit_status)
             continue
-        recognition, answer = found
+        fitted, answer = found
         if as_json:
             line = to_json(answer)
             sys.stdout.buffer.write(item.line("answer", line) if item else line + b"\n")
@@ -186,7 +201,7 @@ def fit(
             console.print(render(name, answer))
         worst = _worse(worst, EXIT[answer["status"]])
         for format, file in exports.items():
-            worst = _worse(worst, _export(recognition, format, file, unit, chord_error))
+            worst = _worse(worst, _export(fitted, format, file, export_options))
     raise typer.Exit(worst)
 
 
@@ -202,7 +217,7 @@ def _answers(files: list[str], options: dict[str, Any], labels: str | None) -> I
         yield source.title, source.item, answer if isinstance(answer, Problem) else (None, answer)
 
 
-def _check_exports(files: list[str], labels: str | None, unit: str, chord_error: float) -> None:
+def _export_options(files: list[str], labels: str | None, unit: str, chord_error: float) -> "ExportOptions":
     """Refuse what cannot be exported before anything is fitted."""
     from app.exports import ExportOptions
     from fitting.errors import InvalidOptionError
@@ -212,18 +227,18 @@ def _check_exports(files: list[str], labels: str | None, unit: str, chord_error:
         _complain("fit", f"exports are written of one FILE, not of {several}")
         raise typer.Exit(BAD_INPUT)
     try:
-        ExportOptions(unit, chord_error)  # type: ignore[arg-type]
+        return ExportOptions(unit, chord_error)  # type: ignore[arg-type]
     except InvalidOptionError as error:
         _complain(f"--{error.field.replace('_', '-')}", str(error))
         raise typer.Exit(BAD_INPUT) from None
 
 
-def _export(recognition: "Recognition", format: str, file: Path, unit: str, chord_error: float) -> int:
+def _export(fitted: "Fitted", format: str, file: Path, options: "ExportOptions | None") -> int:
     """Write one artefact; the exit status."""
-    from app.exports import NothingToExportError, export
+    from app.exports import FORMATS, ExportOptions, NothingToExportError
 
     try:
-        file.write_bytes(export(recognition, format, unit=unit, chord_error=chord_error))
+        file.write_bytes(FORMATS[format].write(fitted, options or ExportOptions()))
     except NothingToExportError as error:
         _complain(str(file), f"not written: {error}")
     except OSError as error:

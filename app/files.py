@@ -14,12 +14,12 @@ from typing import Any, TypeVar
 
 from app.answer import answer
 from app.engine import fit_cloud
+from app.exports import Fitted
 from app.items import Item
 from app.names import Ids, base_name, plain
 from app.readers import Cloud, UnreadableFileError, read
 from app.segments import cut_cloud, part
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
-from fitting.result import Recognition
 
 STDIN = "-"
 _AHEAD = 4
@@ -45,12 +45,12 @@ def answer_file(name: str, options: Mapping[str, Any]) -> dict[str, Any] | Probl
     return found if isinstance(found, Problem) else found[1]
 
 
-def fit_file(name: str, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any]] | Problem:
+def fit_file(name: str, options: Mapping[str, Any]) -> tuple[Fitted, dict[str, Any]] | Problem:
     """What was recognised in a file and the body of `POST /fit` for it, or what is wrong with it."""
     try:
         cloud, used = _read(name, options, None)
         recognition = fit_cloud(cloud, used)
-        return recognition, answer(recognition, cloud, used)
+        return Fitted(recognition, cloud, used), answer(recognition, cloud, used)
     except Exception as error:  # one file must not cost the others their answers
         return _problem(name, error)
 

@@ -13,7 +13,7 @@ from app import logs
 from app.answer import answer, receipt, to_json, versions
 from app.engine import fit, fit_cloud
 from app.etag import etag, names
-from app.exports import bundle
+from app.exports import Fitted, bundle
 from app.exports.request import split_query
 from app.multipart import split_parts
 from app.options import check_options, parse_options
@@ -109,7 +109,8 @@ def _fit(job: FitJob) -> Reply:
     recognition, content, facts = fitted(cloud, options)
     seconds = {"read": read_at - started, "fit": facts["fit_seconds"]}
     if wanted is not None:
-        return Reply(200, bundle(to_json(content), recognition, wanted), ZIP, seconds=seconds, facts=facts)
+        archive = bundle(to_json(content), Fitted(recognition, cloud, options), wanted)
+        return Reply(200, archive, ZIP, seconds=seconds, facts=facts)
     headers = {"ETag": etag(content["receipt"], cloud)}
     return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
 

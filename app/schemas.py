@@ -514,6 +514,7 @@ class Capabilities(BaseModel):
     classifiers: list[ClassifierName]
     criteria: list[CriterionName]
     formats: list[InputFormat]
+    artifacts: list[str] = Field(description="what `POST /fit/export` writes")
     content_encodings: list[str] = Field(description="of request bodies")
     options: list[OptionRange]
     limits: ServiceLimits

@@ -135,6 +135,7 @@ class Evidence:
     distance : (M,) signed distances of the working points
     exact : (M,) mask of the points on the surface within the rounding
     inlier : (M,) mask of the points not rejected as outliers
+    reach : distance beyond which they are, infinite where none is
     noise : the mixture of noise and outliers that makes the distances of the others most likely
     noise_scale : standard deviation of the noise; of small clouds, in which none is an outlier, of all points
     second_surface : share of the points that are far from it and lie on a surface of their own
@@ -150,6 +151,7 @@ class Evidence:
     distance: Array
     exact: np.ndarray
     inlier: np.ndarray
+    reach: float
     noise: NoiseModel
     noise_scale: float
     second_surface: float
@@ -167,7 +169,7 @@ class Evidence:
         spare = max(len(absolute) - primitive.dof, 1)
         rest = distance if exact.all() else distance[~exact]
         noise = NoiseModel.of(rest, ROUNDING_NOISE * cloud.tolerance, cloud.diagonal)
-        inlier, seen, second = np.ones_like(exact), np.empty(0, np.intp), 0.0
+        inlier, reach, seen, second = np.ones_like(exact), np.inf, np.empty(0, np.intp), 0.0
         if exact.all():
             noise_scale = 0.0
         elif cloud.is_small(primitive.dof):
@@ -177,7 +179,8 @@ class Evidence:
             if not exact.any():
                 noise_scale *= float(np.sqrt(len(absolute) / spare))
             nearby = SMALL_DEFORMATION * cloud.diagonal if exact.any() else cloud.tolerance
-            inlier = exact | (absolute <= max(OUTLIER * noise_scale, nearby))
+            reach = max(OUTLIER * noise_scale, nearby)
+            inlier = exact | (absolute <= reach)
             seen = cloud.sample[(inlier & ~exact)[cloud.sample]]
             far = absolute > LARGEST_DEFORMATION * cloud.diagonal if exact.any() else ~inlier
             second = _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
@@ -192,6 +195,7 @@ class Evidence:
             distance,
             exact,
             inlier,
+            reach,
             noise,
             noise_scale,
             second,

@@ -27,6 +27,7 @@ from fitting.judge import (
 from fitting.nesting import intervals
 from fitting.primitives import KINDS, PRIMITIVES, Primitive
 from fitting.reach import check_reach
+from fitting.residuals import Inliers
 from fitting.result import Attempt, FailedFit, Recognition
 from fitting.search import fit_kind
 from fitting.uncertainty import Uncertainty
@@ -287,7 +288,13 @@ def _recognition(
         attempts=tuple(tried.attempt for tried in tries),
         message=message,
         n_points=len(cloud.points),
+        inliers=_inliers(best, cloud) if best else None,
     )
+
+
+def _inliers(best: _Try, cloud: Cloud) -> Inliers:
+    assert best.evidence
+    return Inliers(cloud.frame.restore(best.evidence.primitive), cloud.frame.scale * best.evidence.reach)
 
 
 def _extents(best: _Try, cloud: Cloud) -> Extents | None:

@@ -9,6 +9,7 @@ import orjson
 from fitting.extents import Extents
 from fitting.plain import plain
 from fitting.primitives import Primitive, parameters
+from fitting.residuals import Inliers
 from fitting.summary import summary
 from fitting.uncertainty import Uncertainty
 
@@ -93,6 +94,7 @@ class Recognition:
     `uncertainty` says how well it is known; None with `no_fit`, and under a criterion of extreme points.
     `active_constraints` says how each constraint acts on it, by name: `{"radius": "at its upper bound 5.0"}`.
     `extents` says where `primitive` begins and ends; None without one, or where its points span no surface.
+    `inliers` says which points belong to it; None without one.
     """
 
     status: Status
@@ -106,6 +108,7 @@ class Recognition:
     active_constraints: Mapping[str, str] = field(default_factory=dict)
     extents: Extents | None = None
     uncertainty: Uncertainty | None = None
+    inliers: Inliers | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values: the body of `POST /fit` without its receipt."""

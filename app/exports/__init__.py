@@ -1,26 +1,45 @@
-"""The recognised primitive, trimmed to its extents, as files of other programs: one file a format."""
+"""The recognised primitive, its residuals and the report as files: one file a format."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from io import BytesIO
+from typing import Any, overload
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
+from numpy.typing import ArrayLike
+
+from app.exports.fitted import Fitted, fitted_points, form, residuals
+from app.exports.form import form_json
 from app.exports.mesh import mesh_writer
 from app.exports.options import ExportOptions
 from app.exports.patch import NothingToExportError
+from app.exports.report import report
+from app.exports.residuals import residuals_csv, residuals_las, residuals_npy, residuals_ply
 from app.exports.step import step
 from app.exports.text import csv, shrec22
 from fitting.errors import InvalidOptionError
 from fitting.result import Recognition
 
-__all__ = ["FORMATS", "ExportOptions", "Format", "NothingToExportError", "Wanted", "bundle", "export"]
+__all__ = [
+    "FORMATS",
+    "ExportOptions",
+    "Fitted",
+    "Format",
+    "NothingToExportError",
+    "Wanted",
+    "bundle",
+    "export",
+    "form",
+    "residuals",
+    "write",
+]
 
 
 @dataclass(frozen=True)
 class Format:
     """How a format is written, and the name of its file in a bundle."""
 
-    write: Callable[[Recognition, ExportOptions], bytes]
+    write: Callable[[Fitted, ExportOptions], bytes]
     file_name: str
 
 
@@ -32,6 +51,12 @@ FORMATS: dict[str, Format] = {
     "ply": Format(mesh_writer("ply"), "primitive.ply"),
     "csv": Format(csv, "primitive.csv"),
     "shrec22": Format(shrec22, "primitive_prediction.txt"),
+    "residuals_npy": Format(residuals_npy, "residuals.npy"),
+    "residuals_csv": Format(residuals_csv, "residuals.csv"),
+    "residuals_ply": Format(residuals_ply, "residuals.ply"),
+    "residuals_las": Format(residuals_las, "residuals.las"),
+    "form": Format(form_json, "form.json"),
+    "report": Format(report, "report.html"),
 }
 
 
@@ -43,34 +68,79 @@ class Wanted:
     options: ExportOptions
 
 
-def export(recognition: Recognition, format: str, *, unit: str = "mm", chord_error: float = 1e-3) -> bytes:
-    """The trimmed primitive as a file; of an ambiguous answer the first one.
+@overload
+def export(
+    recognition: Recognition,
+    artifacts: str,
+    points: ArrayLike | None = None,
+    *,
+    options: Mapping[str, Any] | None = None,
+    unit: str = "mm",
+    chord_error: float = 1e-3,
+) -> bytes: ...
+
+
+@overload
+def export(
+    recognition: Recognition,
+    artifacts: list[str] | tuple[str, ...],
+    points: ArrayLike | None = None,
+    *,
+    options: Mapping[str, Any] | None = None,
+    unit: str = "mm",
+    chord_error: float = 1e-3,
+) -> dict[str, bytes]: ...
+
+
+def export(
+    recognition: Recognition,
+    artifacts: str | list[str] | tuple[str, ...],
+    points: ArrayLike | None = None,
+    *,
+    options: Mapping[str, Any] | None = None,
+    unit: str = "mm",
+    chord_error: float = 1e-3,
+) -> bytes | dict[str, bytes]:
+    """An artefact as the bytes of a file, or several by name; of an ambiguous answer the first primitive.
 
     Parameters
     ----------
-    format : a key of `FORMATS`
-    unit : of the coordinates: `mm`, `m` or `inch`; said in STEP files
+    artifacts : a key of `FORMATS`, or several
+    points : (N, 3) that were fitted; `residuals_...`, `form` and `report` need them
+    options : keyword options that `fit` had, beside normals and weights, for the receipt in the report
+    unit : of the coordinates: `mm`, `m` or `inch`; said in STEP files and reports
     chord_error : largest distance of a mesh from the surface, as a share of the size, in [1e-5, 0.1]
 
     Raises
     ------
     InvalidOptionError
-        An unknown format or unit, or a chord error out of range.
+        An unknown artefact or unit, a chord error out of range, or points that are missing.
+    InvalidPointCloudError
+        The points are not finite (N, 3).
     NothingToExportError
         No primitive, or no extents to trim it to.
     """
-    if format not in FORMATS:
-        raise InvalidOptionError(f"the format is unknown; allowed are {', '.join(FORMATS)}", "artifacts")
-    return FORMATS[format].write(recognition, ExportOptions(unit, chord_error))  # type: ignore[arg-type]
+    names = [artifacts] if isinstance(artifacts, str) else list(artifacts)
+    for name in names:
+        if name not in FORMATS:
+            known = ", ".join(FORMATS)
+            raise InvalidOptionError(f"artefact {name!r:.40} is unknown; allowed are {known}", "artifacts")
+    fitted = fitted_points(recognition, points, options)
+    written = write(fitted, names, ExportOptions(unit, chord_error))  # type: ignore[arg-type]
+    return written[artifacts] if isinstance(artifacts, str) else written
 
 
-def bundle(answer: bytes, recognition: Recognition, wanted: Wanted) -> bytes:
+def write(fitted: Fitted, formats: Iterable[str], options: ExportOptions) -> dict[str, bytes]:
+    """The content of each artefact by its name; what several need is computed once."""
+    return {format: FORMATS[format].write(fitted, options) for format in formats}
+
+
+def bundle(answer: bytes, fitted: Fitted, wanted: Wanted) -> bytes:
     """A ZIP of `answer.json` and one file a format; the same input gives the same bytes."""
     stream = BytesIO()
     with ZipFile(stream, "w", ZIP_DEFLATED) as archive:
         archive.writestr(_entry("answer.json"), answer)
-        for format in wanted.formats:
-            content = FORMATS[format].write(recognition, wanted.options)
+        for format, content in write(fitted, wanted.formats, wanted.options).items():
             archive.writestr(_entry(FORMATS[format].file_name), content)
     return stream.getvalue()
 

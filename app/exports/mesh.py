@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from app.exports.fitted import Fitted
 from app.exports.options import ExportOptions
 from app.exports.patch import Patch, patch_of, trimmed
 from fitting.geometry import Array
 from fitting.primitives import Sphere, Torus
-from fitting.result import Recognition
 
 FEWEST = 3
 """Strips across an arc at least, so that a full turn is a surface."""
@@ -18,11 +18,11 @@ Mesh = tuple[Array, np.ndarray]
 """Vertices (K, 3) and triangles (M, 3), counter-clockwise seen from outside."""
 
 
-def mesh_writer(file_type: str) -> Callable[[Recognition, ExportOptions], bytes]:
+def mesh_writer(file_type: str) -> Callable[[Fitted, ExportOptions], bytes]:
     """The writer of a format that trimesh knows."""
 
-    def write(recognition: Recognition, options: ExportOptions) -> bytes:
-        primitive, extents = trimmed(recognition)
+    def write(fitted: Fitted, options: ExportOptions) -> bytes:
+        primitive, extents = trimmed(fitted.recognition)
         patch = patch_of(primitive, extents)
         mesh = _grid(patch, options.chord_error) if isinstance(patch, Patch) else _fan(patch)
         said = {"kind": primitive.kind, "unit": options.unit}

@@ -81,19 +81,31 @@ class Patch:
         return self.closed_u and (self.closed_v or all(self.has_pole))
 
 
+def answered(recognition: Recognition) -> Primitive:
+    """The primitive that is exported: the first of an ambiguous answer, the best try of `no_fit`.
+
+    Raises
+    ------
+    NothingToExportError
+        If the answer has no primitive.
+    """
+    if recognition.primitive is None:
+        raise NothingToExportError(f"the answer is {recognition.status} and holds no primitive to export")
+    return recognition.primitive
+
+
 def trimmed(recognition: Recognition) -> tuple[Primitive, Bounds]:
-    """The primitive that is exported, the first of an ambiguous answer, and its extents.
+    """The primitive that is exported, and its extents.
 
     Raises
     ------
     NothingToExportError
         If the answer has no primitive, or its points span no surface to trim it to.
     """
-    if recognition.primitive is None:
-        raise NothingToExportError(f"the answer is {recognition.status} and holds no primitive to export")
+    primitive = answered(recognition)
     if recognition.extents is None:
-        raise NothingToExportError(f"the {recognition.primitive.kind} cannot be trimmed: it has no extents")
-    return recognition.primitive, recognition.extents
+        raise NothingToExportError(f"the {primitive.kind} cannot be trimmed: it has no extents")
+    return primitive, recognition.extents
 
 
 def patch_of(primitive: Primitive, extents: Bounds) -> Patch | Array:

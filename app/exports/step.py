@@ -7,12 +7,12 @@ from importlib.metadata import version
 
 import numpy as np
 
+from app.exports.fitted import Fitted
 from app.exports.options import ExportOptions
 from app.exports.patch import NothingToExportError, Patch, patch_of, trimmed
 from fitting.extents.values import Bounds
 from fitting.geometry import Array, basis, cross
 from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from fitting.result import Recognition
 
 SCHEMA = "AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }"
 EPOCH = "1970-01-01T00:00:00"
@@ -60,9 +60,9 @@ class _File:
         return self.add(f"EDGE_CURVE('',{start},{end},{curve},.T.)")
 
 
-def step(recognition: Recognition, options: ExportOptions) -> bytes:
+def step(fitted: Fitted, options: ExportOptions) -> bytes:
     """The file; raises `NothingToExportError` where there is nothing to trim."""
-    primitive, extents = trimmed(recognition)
+    primitive, extents = trimmed(fitted.recognition)
     patch = patch_of(primitive, extents)
     file = _File()
     loop = _revolved(file, patch) if isinstance(patch, Patch) else _outlined(file, patch)

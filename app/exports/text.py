@@ -5,19 +5,18 @@ from dataclasses import asdict
 from io import StringIO
 from typing import Any
 
+from app.exports.fitted import Fitted
 from app.exports.options import ExportOptions
-from app.exports.patch import NothingToExportError
 from app.shrec22 import prediction
 from fitting.primitives import parameters
-from fitting.result import Recognition
 
 
-def csv(recognition: Recognition, options: ExportOptions) -> bytes:
+def csv(fitted: Fitted, options: ExportOptions) -> bytes:
     """A header and a row: status, kind, parameters, error and noise; vectors as three columns."""
-    if recognition.error is None or recognition.noise is None:
-        raise NothingToExportError(f"the answer is {recognition.status} and holds no primitive to export")
+    primitive, recognition = fitted.primitive, fitted.recognition
+    assert recognition.error and recognition.noise
     row: dict[str, Any] = {"status": recognition.status}
-    for name, value in _parameters(recognition).items():
+    for name, value in parameters(primitive).items():
         if isinstance(value, list):
             row |= {f"{name}_{along}": number for along, number in zip("xyz", value, strict=True)}
         else:
@@ -31,12 +30,6 @@ def csv(recognition: Recognition, options: ExportOptions) -> bytes:
     return stream.getvalue().encode()
 
 
-def shrec22(recognition: Recognition, options: ExportOptions) -> bytes:
+def shrec22(fitted: Fitted, options: ExportOptions) -> bytes:
     """The label and the parameters, one number a line."""
-    return prediction(_parameters(recognition)).encode()
-
-
-def _parameters(recognition: Recognition) -> dict[str, Any]:
-    if recognition.primitive is None:
-        raise NothingToExportError(f"the answer is {recognition.status} and holds no primitive to export")
-    return dict(parameters(recognition.primitive))
+    return prediction(parameters(fitted.primitive)).encode()

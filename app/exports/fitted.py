@@ -1,0 +1,96 @@
+"""What artefacts are made of: an answer, and the cloud and the options that it came from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from app.engine import as_floats
+from app.exports.patch import answered
+from app.readers.cloud import Array, Cloud
+from fitting.cloud import check_points
+from fitting.errors import InvalidOptionError
+from fitting.form import Form, form_of
+from fitting.primitives import Primitive
+from fitting.residuals import Residuals
+from fitting.result import Recognition
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A recognition with what it was made from.
+
+    Attributes
+    ----------
+    cloud : that was fitted; artefacts of points need it
+    options : keyword options that `engine.fit` had, or None where they are not known
+    """
+
+    recognition: Recognition
+    cloud: Cloud | None = None
+    options: Mapping[str, Any] | None = None
+
+    @property
+    def primitive(self) -> Primitive:
+        """Of the answer; raises `NothingToExportError` without one."""
+        return answered(self.recognition)
+
+    @property
+    def given(self) -> Cloud:
+        """The cloud; raises `InvalidOptionError` where there is none."""
+        if self.cloud is None:
+            raise InvalidOptionError("points are missing: this artefact is about them", "points")
+        return self.cloud
+
+    @property
+    def points(self) -> Array:
+        """All points (N, 3) in the order of the input."""
+        return self.given.points
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """Of all points."""
+        points, inliers = self.points, self.recognition.inliers
+        distance = self.primitive.signed_distance(points)
+        assert inliers
+        return Residuals(distance, inliers.among(points))
+
+    @cached_property
+    def form(self) -> Form:
+        """Of the inliers."""
+        return form_of(self.primitive, self.points[self.residuals.inlier])
+
+
+def fitted_points(
+    recognition: Recognition, points: ArrayLike | None, options: Mapping[str, Any] | None = None
+) -> Fitted:
+    """An answer with points from Python, and the keyword options of `fit`, which may hold weights."""
+    if points is None:
+        return Fitted(recognition, None, options)
+    cloud = Cloud(check_points(as_floats(points, "points")), ("x", "y", "z"), None, "array")
+    return Fitted(recognition, cloud, options)
+
+
+def residuals(recognition: Recognition, points: ArrayLike) -> Residuals:
+    """Signed distances of points from the answered primitive, and which of them belong to it.
+
+    Parameters
+    ----------
+    recognition : what `fit` found; of an ambiguous answer the first primitive counts
+    points : (N, 3) in the unit that was fitted, the same ones or others
+
+    Raises
+    ------
+    NothingToExportError
+        The answer holds no primitive.
+    InvalidPointCloudError
+        The points are not finite (N, 3).
+    """
+    return fitted_points(recognition, points).residuals
+
+
+def form(recognition: Recognition, points: ArrayLike) -> Form:
+    """Form errors of the points that belong to the answered primitive; parameters as in `residuals`."""
+    return fitted_points(recognition, points).form

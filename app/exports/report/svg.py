@@ -1,0 +1,78 @@
+"""Pieces of pictures. Lengths are whole tenths of a pixel: paths are short, and the same everywhere."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.exports.colors import diverging
+from app.exports.report.markup import Markup, element, joined
+from fitting.geometry import Array
+
+LEVELS = 31
+"""Colours that residuals are drawn in."""
+
+HALO = 9
+"""How much wider than a dot the dark ring around it is."""
+
+
+def picture(width: int, height: int, *parts: object, title: str, class_: str = "") -> Markup:
+    """An image with a text for those who do not see it."""
+    attributes = {"viewBox": f"0 0 {width} {height}", "role": "img", "class_": class_}
+    return element("svg", element("title", title), *parts, **attributes)
+
+
+def text(x: float, y: float, content: object, anchor: str = "start", **attributes: object) -> Markup:
+    return element("text", content, x=round(x), y=round(y), text_anchor=anchor, **attributes)
+
+
+def line_path(points: Array, closed: bool = False) -> str:
+    """Path data of a polyline (K, 2): the first place, then steps."""
+    places = np.rint(points).astype(np.int64)
+    steps = np.diff(places, axis=0)
+    first = f"M{places[0, 0]} {places[0, 1]}"
+    return first + "l" + " ".join(f"{x} {y}" for x, y in steps.tolist()) + ("z" if closed else "")
+
+
+def colored(values: Array, limit: float) -> tuple[NDArray[np.intp], list[str]]:
+    """Which of `LEVELS` colours each value (N,) has, and the colours."""
+    share = np.clip(values / limit, -1.0, 1.0) if limit > 0.0 else np.zeros(len(values))
+    level = np.rint((share + 1.0) / 2.0 * (LEVELS - 1)).astype(np.intp)
+    return level, [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in diverging(np.linspace(-1.0, 1.0, LEVELS), 1.0)]
+
+
+def dots(places: Array, level: NDArray[np.intp], colors: list[str], size: int) -> Markup:
+    """Round dots at places (N, 2), with a dark ring each so that light ones are seen on white.
+
+    Colours in which no dot is are left out.
+    """
+    if not len(places):
+        return Markup("")
+    spots = [f"M{x} {y}h0" for x, y in np.rint(places).astype(np.int64).tolist()]
+    parts = [element("path", d="".join(spots), stroke="#39424e", stroke_width=size + HALO)]
+    for i, color in enumerate(colors):
+        chosen = "".join(spots[j] for j in np.flatnonzero(level == i))
+        if chosen:
+            parts.append(element("path", d=chosen, stroke=color, stroke_width=size))
+    return element("g", *parts, stroke_linecap="round", fill="none")
+
+
+def color_bar(x: int, y: int, width: int, height: int) -> Markup:
+    """The colours from left to right."""
+    colors = colored(np.zeros(1), 1.0)[1]
+    edges = np.rint(np.linspace(x, x + width, LEVELS + 1)).astype(int).tolist()
+    return joined(
+        element("rect", x=left, y=y, width=right - left + 1, height=height, fill=color)
+        for left, right, color in zip(edges[:-1], edges[1:], colors, strict=True)
+    )
+
+
+def ticks(low: float, high: float, most: int) -> list[float]:
+    """Round numbers from low to high: 1, 2 or 5 times a power of ten apart, at most so many."""
+    step = nice((high - low) / most)
+    first, last = int(np.ceil(low / step - 1e-9)), int(np.floor(high / step + 1e-9))
+    return [i * step for i in range(first, last + 1)]
+
+
+def nice(least: float) -> float:
+    """The smallest of 1, 2 and 5 times a power of ten that is not less."""
+    power = 10.0 ** np.floor(np.log10(least))
+    return float(next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= least * (1.0 - 1e-9)))

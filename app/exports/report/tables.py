@@ -1,0 +1,180 @@
+"""What an answer says, as tables."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from app.answer import receipt, versions
+from app.exports.fitted import Fitted
+from app.exports.report.markup import Markup, element, table
+from app.exports.report.numbers import between, known_to, short
+from fitting.coordinates import DIRECTIONS, is_length, names_of, values_of
+from fitting.form import Form, Reference
+from fitting.primitives import Primitive
+from fitting.residuals import Deviations
+from fitting.result import FailedFit, Recognition
+from fitting.uncertainty import Uncertainty
+
+
+def cell(content: object) -> Markup:
+    """A number in a column of numbers."""
+    return element("td", content, class_="number")
+
+
+def column(title: str) -> Markup:
+    return element("th", title, class_="number", scope="col")
+
+
+def words(name: str) -> str:
+    """A name of the API in words: `major_radius`, `axis.x`."""
+    return name.replace("half_angle", "half-angle").replace("_", " ").replace(".", " ")
+
+
+def parameters_table(primitive: Primitive, known: Uncertainty | None, unit: str) -> Markup:
+    """Each number with its interval of 95 % where it is known."""
+    rows: list[tuple[object, ...]] = []
+    for name, value in zip(names_of(primitive.kind), values_of(primitive).tolist(), strict=True):
+        interval = known.intervals.get(name) if known else None
+        deviation = interval.standard_deviation if interval else None
+        if interval is None:
+            deviation, told = _direction(name, known)
+        elif interval.method == "held":
+            told = "held by a constraint"
+        else:
+            told = between(interval.low, interval.high, interval.standard_deviation)
+        length = is_length(name)
+        of = unit if length else "rad" if name == "half_angle" else ""
+        rows.append((words(name), cell(known_to(value, deviation)), of, told))
+        if name == "half_angle":
+            degrees = known_to(math.degrees(value), deviation and math.degrees(deviation))
+            rows.append(("", cell(degrees), "degrees", ""))
+    return table(rows, ("", column("value"), "", "95 % interval"))
+
+
+def _direction(name: str, known: Uncertainty | None) -> tuple[float | None, str]:
+    """The deviation of a component of a direction, and what is told beside the first."""
+    first, _, component = name.partition(".")
+    if first not in DIRECTIONS or known is None or known.direction is None:
+        return None, ""
+    told = (
+        f"direction within {math.degrees(known.direction.radius_95):.3g} degrees" if component == "x" else ""
+    )
+    return known.direction.standard_deviations[0], told
+
+
+def extents_table(recognition: Recognition, unit: str) -> Markup:
+    """Where the primitive begins and ends; angles in degrees."""
+    assert recognition.extents
+    rows = [row for name, value in recognition.extents.values().items() for row in _extent(name, value, unit)]
+    return table(rows, ("", column("value"), ""))
+
+
+def _extent(name: str, value: Any, unit: str) -> Iterator[tuple[object, ...]]:
+    if name == "kind":
+        return
+    if name == "outline":
+        yield "outline", cell(f"{len(value)} corners"), ""
+    elif name == "coverage":
+        yield "of which near points", cell(f"{value:.0%}"), ""
+    elif name == "area":
+        yield name, cell(short(value)), f"{unit}\u00b2"
+    elif isinstance(value, bool):
+        yield words(name), cell("yes" if value else "no"), ""
+    elif isinstance(value, list):
+        of = "" if "direction" in name or name == "axis" else unit
+        yield words(name), cell(", ".join(f"{number:.6g}" for number in value)), of
+    elif "angle" in name or name.endswith("span"):
+        yield words(name), cell(f"{math.degrees(value):.6g}"), "degrees"
+    else:
+        yield words(name), cell(f"{value:.6g}"), unit
+
+
+def error_table(recognition: Recognition, unit: str) -> Markup:
+    """Distances of all points, and what the noise is like."""
+    error, noise = recognition.error, recognition.noise
+    assert error and noise
+    step = noise.quantisation_step
+    return table(
+        [
+            ("rms of all points", cell(short(error.rms)), unit),
+            ("mean distance", cell(short(error.mean)), unit),
+            ("95 % of the distances below", cell(short(error.p95)), unit),
+            ("largest distance", cell(short(error.max)), unit),
+            ("mean over the diagonal", cell(short(error.relative_mean)), ""),
+            ("inliers", cell(f"{error.inlier_share:.2%}"), ""),
+            ("noise, one standard deviation", cell(short(noise.scale)), unit),
+            ("exact points", cell(f"{noise.exact_share:.1%}"), ""),
+            ("outliers", cell(f"{noise.outlier_share:.1%}"), ""),
+            ("coordinates in steps of", cell("-" if step is None else f"{step:g}"), unit if step else ""),
+        ]
+    )
+
+
+def form_table(form: Form, unit: str) -> Markup:
+    """The form error from either reference feature."""
+    features = (("least squares", form.least_squares), ("minimum zone", form.minimum_zone))
+    header = ("reference feature", *map(column, (f"{form.name} [{unit}]", "peak", "valley", "rms")))
+    return table([(name, *_reference(found)) for name, found in features], header)
+
+
+def _reference(found: Reference | FailedFit) -> tuple[object, ...]:
+    if isinstance(found, FailedFit):
+        return (element("td", found.reason, colspan=4),)
+    strong = element("strong", short(found.form_error))
+    return (cell(strong), *(cell(short(value)) for value in (found.peak, found.valley, found.rms)))
+
+
+def percentiles_table(every: Deviations, inliers: Deviations, unit: str) -> Markup:
+    """Signed residuals of all points and of the inliers."""
+    rows: list[tuple[object, ...]] = [("points", cell(f"{every.n_points:,}"), cell(f"{inliers.n_points:,}"))]
+    for name in ("mean", "mean_absolute", "rms", "min", "max"):
+        rows.append((words(name), *(cell(short(getattr(each, name))) for each in (every, inliers))))
+    for percent in every.percentiles:
+        title = "median" if percent == 50.0 else f"{percent:g} %"
+        rows.append((title, *(cell(short(each.percentiles[percent])) for each in (every, inliers))))
+    return table(rows, (f"signed [{unit}]", column("all points"), column("inliers")))
+
+
+def attempts_table(recognition: Recognition) -> Markup:
+    """Every kind that was tried."""
+    rows = [
+        (
+            attempt.kind,
+            cell("-" if attempt.probability is None else f"{attempt.probability:.3f}"),
+            cell("-" if attempt.error is None else short(attempt.error.mean)),
+            element("td", element("span", attempt.outcome, class_=attempt.outcome)),
+            attempt.reason,
+        )
+        for attempt in recognition.attempts
+    ]
+    return table(rows, ("kind", column("probability"), column("mean error"), "outcome", "why"))
+
+
+def receipt_table(fitted: Fitted) -> Markup:
+    """What was fitted and how; the options where they are known."""
+    return table((name, element("code", value)) for name, value in _receipt(fitted))
+
+
+def _receipt(fitted: Fitted) -> Iterator[tuple[str, str]]:
+    of = receipt(fitted.given, fitted.options or {})
+    yield "points", f"{of['n_points']:,}"
+    yield "read from", f"{of['format']}: {' '.join(of['columns'])}"
+    yield "SHA-256 of the points", of["input_sha256"]
+    if of["weights_sha256"]:
+        yield "SHA-256 of the weights", of["weights_sha256"]
+    used: Mapping[str, Any] = of["versions"]
+    if fitted.options is None:
+        yield "options", "not known: the report was made from the answer alone"
+        used = {name: version for name, version in versions("none").items() if name != "weights"}
+    else:
+        for name, value in of["options"].items():
+            yield words(name), _plain(value)
+    for name, version in used.items():
+        if version is not None:
+            yield f"SHA-256 of the {name}" if name == "weights" else f"version of {name}", version
+
+
+def _plain(value: Any) -> str:
+    if value is None:
+        return "-"
+    return " ".join(value) if isinstance(value, list) else str(value)

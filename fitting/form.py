@@ -1,0 +1,128 @@
+"""Form errors: how far points deviate from the two reference features that ISO standards measure form by.
+
+The least-squares feature minimises the sum of squared distances, the minimum-zone feature the largest
+distance; all numbers of either are free. The form error is the width of the zone between two offsets of the
+feature that holds all points: its peak-to-valley deviation, the largest less the smallest signed distance.
+Terms as in ISO 12781-1 (flatness: LSPL, MZPL), ISO 12180-1 (cylindricity: LSCY, MZCY) and ISO 12181-1
+(roundness); cones, spheres and tori are measured alike.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fitting.cloud import Cloud
+from fitting.criteria import cheapest_minimum
+from fitting.errors import InvalidPointCloudError
+from fitting.geometry import Array
+from fitting.normalize import Frame
+from fitting.primitives import Primitive
+from fitting.result import FailedFit
+from fitting.zones import minimum_zone
+
+NAMES = {
+    "plane": "flatness",
+    "sphere": "sphericity",
+    "cylinder": "cylindricity",
+    "cone": "conicity",
+    "torus": "toroidal form",
+}
+
+OUTERMOST = 2000
+"""So many points, the outermost, decide a minimum zone first; those beyond it join them."""
+
+ROUNDS = 20
+"""Times that points join before a minimum zone is given up."""
+
+SAME_WIDTH, ROUNDING = 1e-12, 1e-15
+"""Points that are beyond a zone by less than this share of its width, or this in the frame, are not."""
+
+TURNED = ("plane", "cylinder", "torus")
+"""Kinds whose axis or normal may point either way."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A reference feature, and how the points deviate from it, in input units.
+
+    Attributes
+    ----------
+    form_error : peak to valley
+    peak, valley : the largest and the smallest signed distance
+    rms : root of the mean squared distance
+    """
+
+    primitive: Primitive
+    form_error: float
+    peak: float
+    valley: float
+    rms: float
+
+    @classmethod
+    def of(cls, primitive: Primitive, points: Array, frame: Frame) -> "Reference":
+        """Of a feature and points (N, 3) in a frame."""
+        distance = primitive.signed_distance(points)
+        peak, valley = frame.scale * float(distance.max()), frame.scale * float(distance.min())
+        rms = frame.scale * float(np.sqrt(np.mean(distance**2)))
+        return cls(frame.restore(primitive), peak - valley, peak, valley, rms)
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """The form error of some points: `name` is flatness, cylindricity, ... ; see `Reference`."""
+
+    name: str
+    n_points: int
+    least_squares: Reference | FailedFit
+    minimum_zone: Reference | FailedFit
+
+
+def form_of(primitive: Primitive, points: Array) -> Form:
+    """The form error of points (N, 3) that a primitive was found in, from where it stands.
+
+    The fits are those of the criteria `least_squares` and `minimum_zone`. A feature that cannot be had says
+    why, as a `FailedFit`.
+    """
+    name = NAMES[primitive.kind]
+    try:
+        cloud = Cloud.prepare(points, None, np.random.default_rng(0))
+    except InvalidPointCloudError as error:
+        failed = FailedFit(str(error))
+        return Form(name, len(points), failed, failed)
+    if len(cloud.working) < primitive.dof:
+        failed = FailedFit(f"{len(cloud.working)} points do not determine a {primitive.kind}")
+        return Form(name, len(points), failed, failed)
+    start = cloud.frame.bring(primitive)
+    least_squares = cheapest_minimum(start, np.empty((0, 9)), cloud, None)
+    zone = _minimum_zone(start if isinstance(least_squares, FailedFit) else least_squares, cloud)
+    references = (_reference(found, start, cloud) for found in (least_squares, zone))
+    return Form(name, len(points), *references)
+
+
+def _reference(found: Primitive | FailedFit, start: Primitive, cloud: Cloud) -> Reference | FailedFit:
+    """With the axis or normal turned to where that of the start points."""
+    if isinstance(found, FailedFit):
+        return found
+    row = found.canonical(np.zeros(3)).row()
+    if found.kind in TURNED and row[:3] @ start.row()[:3] < 0.0:
+        row[:3] = -row[:3]
+    return Reference.of(type(found).from_row(row), cloud.points, cloud.frame)
+
+
+def _minimum_zone(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
+    """The minimum zone of all points from that of the outermost: most others have no say in it."""
+    absolute = np.abs(start.signed_distance(cloud.points))
+    few = np.argsort(absolute, kind="stable")[-OUTERMOST:]
+    found: Primitive | FailedFit = start
+    for _ in range(ROUNDS):
+        found = minimum_zone(start, replace(cloud, points=cloud.points[np.sort(few)]))
+        if isinstance(found, FailedFit):
+            return found
+        absolute = np.abs(found.signed_distance(cloud.points))
+        width = float(absolute[few].max())
+        beyond = np.flatnonzero(absolute > width * (1.0 + SAME_WIDTH) + ROUNDING)
+        if not len(beyond):
+            return found
+        outermost = beyond[np.argsort(absolute[beyond], kind="stable")[-OUTERMOST:]]
+        few, start = np.union1d(few, outermost), found
+    return FailedFit(f"the minimum zone of {len(cloud.points)} points did not settle in {ROUNDS} rounds")
