@@ -12,7 +12,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from app.engine import fit
-from app.exports import NothingToExportError, export, form, residuals
+from app.exports import NothingToExportError, export, form_errors, residuals
 from app.segments import Segment, fit_segments
 from fitting.config import Config
 from fitting.constraints import Constraints
@@ -53,7 +53,7 @@ __all__ = [
     "export",
     "fit",
     "fit_segments",
-    "form",
+    "form_errors",
     "parameters",
     "recognize",
     "residuals",

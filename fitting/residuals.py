@@ -11,6 +11,9 @@ from fitting.primitives import Primitive
 PERCENTILES = (0.1, 1.0, 5.0, 25.0, 50.0, 75.0, 95.0, 99.0, 99.9)
 BINS = 40
 
+SMALLEST = 1e-300
+"""Where no distance is beyond this the edges are those from -1 to 1."""
+
 
 @dataclass(frozen=True, eq=False)
 class Inliers:
@@ -47,15 +50,15 @@ class Residuals:
 
 @dataclass(frozen=True, eq=False)
 class Histogram:
-    """Counts (K,) between edges (K + 1,) that are evenly spaced about 0; every value is counted."""
+    """Counts (K,) between edges (K + 1,) [length], evenly spaced about 0; every value is counted."""
 
     edges: Array
     counts: NDArray[np.intp]
 
     @classmethod
     def of(cls, distance: Array) -> "Histogram":
-        largest = float(np.abs(distance).max()) or np.finfo(np.float64).tiny
-        edges = np.linspace(-largest, largest, BINS + 1)
+        largest = float(np.abs(distance).max())
+        edges = np.linspace(-1.0, 1.0, BINS + 1) * (largest if largest > SMALLEST else 1.0)
         return cls(edges, np.histogram(distance, edges)[0])
 
 

@@ -1,13 +1,15 @@
 """The 24 real clouds of SHREC 2022, where a development copy of the data lies beside the checkout."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from app.exports import FORMATS
 from benchmark.measures import is_right, l2
 from benchmark.track import shrec22_cases
-from primfit import fit
+from primfit import export, fit
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "shrec22"
 
@@ -25,3 +27,12 @@ def test_real_clouds_are_recognised_exactly(classifier: str) -> None:
         errors.append(l2(answer.primitive, case.truth) if right else np.inf)
     assert np.isfinite(errors).all()
     assert np.quantile(errors, 0.75) <= 1e-10
+
+
+def test_every_artefact_of_every_real_cloud_is_made() -> None:
+    for case in shrec22_cases(DATA):
+        files = export(fit(case.points), list(FORMATS), case.points)
+        assert files.keys() == FORMATS.keys()
+        form = json.loads(files["form"])
+        assert form["minimum_zone"]["form_error"] <= form["least_squares"]["form_error"] * (1.0 + 1e-9)
+        assert files["report"].count(b"<svg") == 5 and len(files["report"]) < 1_000_000

@@ -8,13 +8,13 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from numpy.typing import ArrayLike
 
-from app.exports.fitted import Fitted, fitted_points, form, residuals
+from app.exports.fitted import Fitted, fitted_points, form_errors, residuals
 from app.exports.form import form_json
 from app.exports.mesh import mesh_writer
 from app.exports.options import ExportOptions
 from app.exports.patch import NothingToExportError
-from app.exports.report import report
-from app.exports.residuals import residuals_csv, residuals_las, residuals_npy, residuals_ply
+from app.exports.report import html_report
+from app.exports.residual_files import residuals_csv, residuals_las, residuals_npy, residuals_ply
 from app.exports.step import step
 from app.exports.text import csv, shrec22
 from fitting.errors import InvalidOptionError
@@ -29,7 +29,7 @@ __all__ = [
     "Wanted",
     "bundle",
     "export",
-    "form",
+    "form_errors",
     "residuals",
     "write",
 ]
@@ -56,7 +56,7 @@ FORMATS: dict[str, Format] = {
     "residuals_ply": Format(residuals_ply, "residuals.ply"),
     "residuals_las": Format(residuals_las, "residuals.las"),
     "form": Format(form_json, "form.json"),
-    "report": Format(report, "report.html"),
+    "report": Format(html_report, "report.html"),
 }
 
 

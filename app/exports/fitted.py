@@ -91,6 +91,6 @@ def residuals(recognition: Recognition, points: ArrayLike) -> Residuals:
     return fitted_points(recognition, points).residuals
 
 
-def form(recognition: Recognition, points: ArrayLike) -> Form:
+def form_errors(recognition: Recognition, points: ArrayLike) -> Form:
     """Form errors of the points that belong to the answered primitive; parameters as in `residuals`."""
     return fitted_points(recognition, points).form

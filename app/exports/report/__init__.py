@@ -27,7 +27,7 @@ _SIGNS = {
 _SAID = {"fitted": "fitted", "ambiguous": "ambiguous", "no_fit": "no fit"}
 
 
-def report(fitted: Fitted, options: ExportOptions) -> bytes:
+def html_report(fitted: Fitted, options: ExportOptions) -> bytes:
     """The page in UTF-8; the same answer and points give the same bytes.
 
     An answer without a fit gets one, too: it shows the points and says why there is none.
@@ -63,7 +63,7 @@ def _fit_parts(fitted: Fitted, unit: str) -> Iterator[Markup]:
     yield _views(fitted, limit, unit)
     patch = patch_in(fitted)
     if patch is not None:
-        told = "Of the inliers: each of them, or means where they are many. Grey cells hold no points."
+        told = "Of the inliers: each of them, or means of cells where they are many. Grey is where none are."
         figure = element("figure", unrolled_map(fitted, patch, limit, unit))
         yield _section("Residuals on the unrolled surface", told, figure)
     side = _SIGNS.get(fitted.primitive.kind, "on the outer side")
@@ -149,10 +149,11 @@ def _views(fitted: Fitted, limit: float, unit: str) -> Markup:
         else f"{SHOWN_POINTS:,} of {n_points:,} points, drawn by chance,"
     )
     if fitted.recognition.status == "no_fit":
-        told += " without a primitive: none explains them."
+        told += " without a primitive: none explains them. z points up."
     elif fitted.recognition.extents is None:
-        told += f" and no primitive: they do not say where the {fitted.primitive.kind} ends."
+        told += f" without the {fitted.primitive.kind}: they do not say where it ends. z points up."
     else:
-        told += f" and the {fitted.primitive.kind}, trimmed to where they are. Hidden ones are faint."
+        up = "normal" if fitted.primitive.kind == "plane" else "axis"
+        told += f" and the {fitted.primitive.kind}, trimmed to where they are. Its {up} points up."
     figures = element("div", views(Scene.of(fitted), limit, unit), class_="views")
     return _section("The points", told, figures)

@@ -114,16 +114,21 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Points (N, 3) about `middle`, their residuals or None, and the surface or None.
+    """What is drawn.
 
-    `axis` points up in the views, `front` to the viewer.
+    Attributes
+    ----------
+    points : (N, 3), some of the cloud
+    distance : (N,) their residuals, or None
+    surface : the trimmed primitive, or None
+    framed : (F, 3) what has to be in the pictures: the surface and the inliers
+    axis, front : (3,) the directions that are up in the pictures, and to the viewer
     """
 
     points: Array
     distance: Array | None
     surface: Surface | None
-    middle: Array
-    radius: float
+    framed: Array
     axis: Array
     front: Array
 
@@ -139,13 +144,10 @@ class Scene:
         framed = points[kept] if kept is not None and kept.any() else points
         if surface is not None:
             framed = np.vstack([framed, surface.pieces.reshape(-1, 3)])
-        low, high = framed.min(axis=0), framed.max(axis=0)
-        middle = low / 2.0 + high / 2.0
-        radius = float(np.sqrt(((framed - middle) ** 2).sum(axis=1).max()))
         rows = shown(len(points))
         axis, front = _directions(fitted, patch)
         some = None if distance is None else distance[rows]
-        return cls(points[rows], some, surface, middle, radius, axis, front)
+        return cls(points[rows], some, surface, framed, axis, front)
 
 
 def patch_in(fitted: Fitted) -> Patch | Array | None:

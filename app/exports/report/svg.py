@@ -11,7 +11,7 @@ LEVELS = 31
 """Colours that residuals are drawn in."""
 
 HALO = 9
-"""How much wider than a dot the dark ring around it is."""
+"""How much wider than a dot the ring around it is."""
 
 
 def picture(width: int, height: int, *parts: object, title: str, class_: str = "") -> Markup:
@@ -40,14 +40,14 @@ def colored(values: Array, limit: float) -> tuple[NDArray[np.intp], list[str]]:
 
 
 def dots(places: Array, level: NDArray[np.intp], colors: list[str], size: int) -> Markup:
-    """Round dots at places (N, 2), with a dark ring each so that light ones are seen on white.
+    """Round dots at places (N, 2), with a ring each so that all of them are seen on any ground.
 
     Colours in which no dot is are left out.
     """
     if not len(places):
         return Markup("")
     spots = [f"M{x} {y}h0" for x, y in np.rint(places).astype(np.int64).tolist()]
-    parts = [element("path", d="".join(spots), stroke="#39424e", stroke_width=size + HALO)]
+    parts = [element("path", d="".join(spots), class_="halo", stroke_width=size + HALO)]
     for i, color in enumerate(colors):
         chosen = "".join(spots[j] for j in np.flatnonzero(level == i))
         if chosen:

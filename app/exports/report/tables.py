@@ -48,6 +48,8 @@ def parameters_table(primitive: Primitive, known: Uncertainty | None, unit: str)
         if name == "half_angle":
             degrees = known_to(math.degrees(value), deviation and math.degrees(deviation))
             rows.append(("", cell(degrees), "degrees", ""))
+    if known is None:
+        return table((row[:-1] for row in rows), ("", column("value"), ""))
     return table(rows, ("", column("value"), "", "95 % interval"))
 
 

@@ -5,6 +5,7 @@ from typing import Self
 
 import numpy as np
 
+from app.exports.colors import SATURATED
 from app.exports.fitted import Fitted
 from app.exports.patch import Patch
 from app.exports.report.markup import Markup, element, joined
@@ -30,6 +31,8 @@ class Unrolled:
     across, along : (N,) coordinates; lengths or degrees
     names : what they are, with the unit
     lengths : which of them are
+
+    A cap of no more than a hemisphere is laid flat with true distances from its middle.
     """
 
     across: Array
@@ -54,6 +57,10 @@ class Unrolled:
             case Cylinder(radius=radius):
                 names = (f"around the axis, as length [{unit}]", f"along the axis [{unit}]")
                 return cls(radius * (angle - patch.u[0]), height - patch.v[0], names, BOTH)
+            case Sphere(radius=radius) if patch.v[0] >= 0.0:
+                away = radius * (np.pi / 2.0 - np.arctan2(height, rho))
+                name = f"from the middle of the cap [{unit}]"
+                return cls(away * np.cos(angle), away * np.sin(angle), (name, name), BOTH)
             case Sphere():
                 names = ("around the axis of the cap [degrees]", "above its equator [degrees]")
                 return cls(degrees, np.degrees(np.arctan2(height, rho)), names, NEITHER)
@@ -97,7 +104,7 @@ def unrolled_map(fitted: Fitted, patch: Patch | Array, limit: float, unit: str) 
         level, colors = colored(distance, limit)
         drawn = dots(place, level, colors, DOT)
     else:
-        drawn = _cells(place, distance, np.array([left, TOP]), size, limit)
+        limit, drawn = _cells(place, distance, np.array([left, TOP]), size)
     frame = element("rect", x=round(left), y=TOP, width=round(size[0]), height=round(size[1]), class_="frame")
     return picture(
         WIDTH,
@@ -110,8 +117,8 @@ def unrolled_map(fitted: Fitted, patch: Patch | Array, limit: float, unit: str) 
     )
 
 
-def _cells(place: Array, distance: Array, corner: Array, size: Array, limit: float) -> Markup:
-    """Mean residuals of the points in each cell; cells without points stay empty."""
+def _cells(place: Array, distance: Array, corner: Array, size: Array) -> tuple[float, Markup]:
+    """Mean residuals of the points in each cell, and where their colours end; others stay empty."""
     wanted = min(len(place) / POINTS_A_CELL, MOST_CELLS)
     side = float(np.sqrt(size[0] * size[1] / wanted))
     columns, rows = (max(round(float(length) / side), 1) for length in size)
@@ -121,6 +128,7 @@ def _cells(place: Array, distance: Array, corner: Array, size: Array, limit: flo
     count = np.bincount(number, minlength=rows * columns)
     filled = np.flatnonzero(count)
     mean = np.bincount(number, distance, rows * columns)[filled] / count[filled]
+    limit = float(np.percentile(np.abs(mean), SATURATED))
     level, colors = colored(mean, limit)
     x = np.rint(corner[0] + np.arange(columns + 1) * step[0]).astype(int)
     y = np.rint(corner[1] + np.arange(rows + 1) * step[1]).astype(int)
@@ -133,7 +141,7 @@ def _cells(place: Array, distance: Array, corner: Array, size: Array, limit: flo
                 for r, c in zip(*np.divmod(chosen, columns), strict=True)
             )
             parts.append(element("path", d="".join(pieces), fill=color))
-    return element("g", *parts, shape_rendering="crispEdges")
+    return limit, element("g", *parts, shape_rendering="crispEdges")
 
 
 def _ticks(on: Unrolled, low: Array, span: Array, scale: Array, left: float, size: Array) -> Markup:

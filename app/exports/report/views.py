@@ -1,6 +1,7 @@
 """Views of the points with the trimmed primitive: shaded, with its edges, its axis and what is hidden."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +11,11 @@ from app.exports.report.scene import Camera, Scene, Surface
 from app.exports.report.svg import colored, dots, line_path, nice, picture, text
 from fitting.geometry import Array
 
-SIZE, MARGIN = 3600, 120
+SIZE, MARGIN, CORNER = 3600, 300, 120
 DOT = 24
 
-VIEWS = (("from above, aslant", 35.0, 30.0), ("from the side", 0.0, 0.0), ("along the axis", 0.0, 90.0))
+VIEWS = (("from above, aslant", 35.0, 30.0), ("from the side", 0.0, 0.0), ("from above", 0.0, 90.0))
 """Title, azimuth and elevation [degrees]."""
-BARE = (("from above, aslant", 35.0, 30.0), ("from the front", 0.0, 0.0), ("from above", 0.0, 90.0))
 
 CELLS = 110
 """Cells each way of the picture in which the nearest surface is known."""
@@ -29,9 +29,9 @@ NEUTRAL = "#5b8fc9"
 
 
 def views(scene: Scene, limit: float, unit: str) -> Markup:
-    """Three figures, all at one scale."""
+    """Three figures, each with its scale."""
     figures = []
-    for title, azimuth, elevation in BARE if scene.surface is None else VIEWS:
+    for title, azimuth, elevation in VIEWS:
         camera = Camera.at(scene.axis, scene.front, azimuth, elevation)
         view = _view(scene, camera, limit, unit, title)
         figures.append(element("figure", view, element("figcaption", title)))
@@ -40,11 +40,23 @@ def views(scene: Scene, limit: float, unit: str) -> Markup:
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """From points to places (N, 2) in the picture and depths (N,), both in tenths of a pixel."""
+    """From points to places (N, 2) in the picture and depths (N,), both in tenths of a pixel.
+
+    `middle` (3,) comes to the middle of the picture, and what is `radius` beside it to the margin.
+    """
 
     camera: Camera
     middle: Array
     radius: float
+
+    @classmethod
+    def about(cls, points: Array, camera: Camera) -> Self:
+        """That holds all the points (N, 3)."""
+        origin = points[0]
+        seen = camera.seen(points - origin)
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        axes = np.stack([camera.right, camera.up, camera.toward])
+        return cls(camera, origin + (low / 2.0 + high / 2.0) @ axes, float(np.max((high - low)[:2])) / 2.0)
 
     def places(self, points: Array) -> tuple[Array, Array]:
         seen = self.camera.seen((points - self.middle) / self.radius) * (SIZE / 2.0 - MARGIN)
@@ -52,7 +64,7 @@ class _Frame:
 
 
 def _view(scene: Scene, camera: Camera, limit: float, unit: str, title: str) -> Markup:
-    frame = _Frame(camera, scene.middle, scene.radius)
+    frame = _Frame.about(scene.framed, camera)
     place, depth = frame.places(scene.points)
     inside = np.all((place > 0.0) & (place < SIZE), axis=1)
     place, depth = place[inside], depth[inside]
@@ -70,7 +82,7 @@ def _view(scene: Scene, camera: Camera, limit: float, unit: str, title: str) -> 
         parts += [_edge(edge, frame, nearest) for edge in scene.surface.edges]
         parts.append(_axis(scene.surface, frame))
     parts.append(dots(place[~hidden], level[~hidden], colors, DOT))
-    parts += [_scale_bar(scene.radius, unit), _triad(camera)]
+    parts += [_scale_bar(frame.radius, unit), _triad(camera)]
     return picture(SIZE, SIZE, *parts, title=f"points and primitive, {title}")
 
 
@@ -140,10 +152,10 @@ def _axis(surface: Surface, frame: _Frame) -> Markup:
 
 
 def _scale_bar(radius: float, unit: str) -> Markup:
-    """A length that is a round number, about a fifth of the picture."""
-    length = nice(0.35 * radius)
+    """A length that is a round number, a tenth of the picture or more."""
+    length = nice(0.25 * radius)
     width = length / radius * (SIZE / 2.0 - MARGIN)
-    x, y = MARGIN, SIZE - MARGIN
+    x, y = CORNER, SIZE - CORNER
     return element(
         "g",
         element("path", d=f"M{x} {y - 40}v40h{round(width)}v-40", class_="line"),
@@ -153,7 +165,7 @@ def _scale_bar(radius: float, unit: str) -> Markup:
 
 def _triad(camera: Camera) -> Markup:
     """The axes of the coordinates of the input; those across the picture only."""
-    x, y, length = SIZE - 330, SIZE - 330, 210.0
+    x, y, length = SIZE - 380, SIZE - 380, 190.0
     parts = []
     for axis, name in zip(camera.seen(np.eye(3)), "xyz", strict=True):
         across, up = (float(value) for value in axis[:2])

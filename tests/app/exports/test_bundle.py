@@ -70,16 +70,20 @@ def test_nothing_to_export_is_a_problem(service: Any) -> None:
     assert response.json()["type"] == "urn:primfit:problem:nothing-to-export"
 
 
-def test_the_command_line_writes_the_same_bytes(tmp_path: Path) -> None:
-    flags = {"step": "--step", "glb": "--glb", "obj": "--obj", "stl": "--stl", "ply": "--ply-mesh"}
-    flags |= {"csv": "--csv-row", "shrec22": "--shrec22"}
-    assert flags.keys() == FORMATS.keys()
+def test_the_command_line_and_python_write_the_same_bytes(service: Any, tmp_path: Path) -> None:
+    flags = {name: f"--{name.replace('_', '-')}" for name in FORMATS}
+    flags |= {"ply": "--ply-mesh", "csv": "--csv-row"}
     words = [word for name, flag in flags.items() for word in (flag, str(tmp_path / name))]
     result = CliRunner().invoke(app, ["fit", "--json", "--unit", "inch", str(CSV), *words])
     assert result.exit_code == 0, result.stderr
-    recognition = primfit.fit(np.loadtxt(CSV, delimiter=",", skiprows=2))
-    for name in flags:
-        assert (tmp_path / name).read_bytes() == primfit.export(recognition, name, unit="inch")
+    response = _export(service, CSV.read_bytes(), "text/csv", artifacts=",".join(FORMATS), unit="inch")
+    points = np.loadtxt(CSV, delimiter=",", skiprows=2)
+    exported = primfit.export(primfit.fit(points), list(FORMATS), points, options={}, unit="inch")
+    with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+        for name, format in FORMATS.items():
+            written = (tmp_path / name).read_bytes()
+            assert archive.read(format.file_name) == written
+            assert exported[name].replace(b"<code>array: ", b"<code>text: ") == written
 
 
 def test_the_command_line_says_what_it_cannot_write(tmp_path: Path) -> None:
@@ -98,5 +102,5 @@ def test_the_command_line_says_what_it_cannot_write(tmp_path: Path) -> None:
 
 def test_unknown_formats_are_refused() -> None:
     recognition = primfit.fit(np.loadtxt(CSV, delimiter=",", skiprows=2))
-    with pytest.raises(primfit.InvalidOptionError, match="allowed are step"):
+    with pytest.raises(primfit.InvalidOptionError, match=r"allowed are step, .*report"):
         primfit.export(recognition, "dwg")

@@ -1,0 +1,133 @@
+"""Reports are whole, self-contained, the same again, small, and honest about what was not found."""
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import primfit
+from app.cli import app
+from fitting.geometry import Array
+from tests.app.exports.test_step import PIECES, recognised
+
+VOID = ("meta",)
+CSV = Path(__file__).parents[3] / "app" / "examples" / "cylinder.csv"
+
+
+class _Page(HTMLParser):
+    """The tags of a page, all of which are closed in their order, and its text by tag."""
+
+    def __init__(self, content: bytes) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.counts: dict[str, int] = {}
+        self.texts: dict[str, list[str]] = {}
+        self.feed(content.decode())
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        self.counts[tag] = self.counts.get(tag, 0) + 1
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open:
+            self.texts.setdefault(self.open[-1], []).append(data)
+
+
+def _points(name: str, n: int = 4000) -> Array:
+    primitive, u, v = PIECES[name]
+    rng = np.random.default_rng(5)
+    feet = primitive.surface(rng.uniform(*u, n), rng.uniform(*v, n))
+    return feet + rng.normal(0.0, 0.02, (n, 3))
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_a_page_is_whole_and_needs_nothing_else(name: str) -> None:
+    points, kind = _points(name), PIECES[name][0].kind
+    recognition = primfit.fit(points, kinds=[kind])
+    content = primfit.export(recognition, "report", points)
+    assert content == primfit.export(recognition, "report", points)
+    page = _Page(content)
+    assert page.counts["svg"] == 5 and "script" not in page.counts and "img" not in page.counts
+    assert not re.search(rb"https?:|url\(|src=|href=|@import", content)
+    assert b"nan" not in content.lower().replace(b"nano", b"") and b">inf" not in content
+    assert page.texts["h1"] == [kind.capitalize()] and page.texts["small"] == ["fitted"]
+    assert len(content) < 500_000
+
+
+def test_many_points_make_no_larger_page() -> None:
+    points = _points("full torus", 200_000)
+    content = primfit.export(primfit.fit(points, kinds=["torus"]), "report", points)
+    assert len(content) < 1_000_000
+    assert b"3,000 of 200,000 points" in content
+
+
+def test_the_form_error_is_that_of_the_artefact() -> None:
+    points = _points("pipe")
+    files = primfit.export(primfit.fit(points), ("form", "report"), points, unit="inch")
+    form = json.loads(files["form"])
+    assert form["form"] == "cylindricity" and form["n_inliers"] == form["residuals"]["inliers"]["n_points"]
+    width = form["minimum_zone"]["form_error"]
+    assert width < form["least_squares"]["form_error"] < 0.2
+    assert f"<dd>{width:.4g} inch</dd>" in files["report"].decode()
+    assert sum(form["residuals"]["all"]["histogram"]["counts"]) == len(points)
+
+
+def test_no_fit_shows_the_points_and_says_why() -> None:
+    points = np.random.default_rng(0).normal(0.0, 1.0, (500, 3))
+    recognition = primfit.fit(points)
+    assert recognition.status == "no_fit" and recognition.primitive
+    page = _Page(primfit.export(recognition, "report", points))
+    assert page.texts["small"] == ["no fit"] and recognition.message in page.texts["p"]
+    assert page.counts["svg"] == 3 and "dl" not in page.counts
+    flat = points * [1.0, 1.0, 0.0]
+    page = _Page(primfit.export(primfit.fit(flat, kinds=["torus"]), "report", flat))
+    assert "The points" in page.texts["h2"] and "What was tried" in page.texts["h2"]
+
+
+def test_ambiguous_answers_show_the_first_and_name_the_others() -> None:
+    x, y = np.random.default_rng(3).uniform(-1.0, 1.0, (2, 400))
+    points = np.column_stack([x, y, np.random.default_rng(4).normal(0.0, 0.01, 400) + 0.01 * x**2])
+    recognition = primfit.fit(points)
+    assert recognition.status == "ambiguous" and recognition.primitive
+    page = _Page(primfit.export(recognition, "report", points))
+    assert page.texts["small"] == ["ambiguous"] and page.texts["h1"] == [
+        recognition.primitive.kind.capitalize()
+    ]
+    assert {f"Or a {other.kind}" for other in recognition.alternatives} <= set(page.texts["h2"])
+
+
+def test_points_without_an_extent_or_a_scatter_have_a_page() -> None:
+    line = np.vstack([np.outer(np.arange(50.0), [1.0, 0.0, 0.0]), [[0.0, 1.0, 0.0]]])
+    corners = np.eye(3)
+    for points in (line, corners, corners * 1e-90, corners * 1e90):
+        _Page(primfit.export(primfit.fit(points, kinds=["plane"]), "report", points))
+
+
+def test_text_of_the_input_is_escaped(tmp_path: Path) -> None:
+    file = tmp_path / "hostile.csv"
+    rows = CSV.read_text().splitlines()[2:]
+    file.write_text("\n".join(["x[<script>alert(1)</script>&],y,z", *rows]))
+    result = CliRunner().invoke(app, ["fit", str(file), "--report", str(tmp_path / "report.html")])
+    assert result.exit_code == 0, result.stderr
+    content = (tmp_path / "report.html").read_bytes()
+    page = _Page(content)
+    assert "script" not in page.counts and b"&lt;script&gt;" in content
+    assert any("x[<script>" in text for text in page.texts["code"])
+
+
+def test_the_receipt_holds_the_options_where_they_are_known() -> None:
+    recognition = recognised("pipe")
+    points = _points("pipe")
+    assert b"not known" in primfit.export(recognition, "report", points)
+    known = primfit.export(recognition, "report", points, options={"kinds": ["cylinder"], "seed": 7})
+    assert b"not known" not in known and b"<code>7</code>" in known
