@@ -135,7 +135,7 @@ class Evidence:
     distance : (M,) signed distances of the working points
     exact : (M,) mask of the points on the surface within the rounding
     inlier : (M,) mask of the points not rejected as outliers
-    reach : distance beyond which they are, infinite where none is
+    reach : distance beyond which they are, infinite in small clouds, where none is
     noise : the mixture of noise and outliers that makes the distances of the others most likely
     noise_scale : standard deviation of the noise; of small clouds, in which none is an outlier, of all points
     second_surface : share of the points that are far from it and lie on a surface of their own
@@ -171,7 +171,7 @@ class Evidence:
         noise = NoiseModel.of(rest, ROUNDING_NOISE * cloud.tolerance, cloud.diagonal)
         inlier, reach, seen, second = np.ones_like(exact), np.inf, np.empty(0, np.intp), 0.0
         if exact.all():
-            noise_scale = 0.0
+            noise_scale, reach = 0.0, SMALL_DEFORMATION * cloud.diagonal
         elif cloud.is_small(primitive.dof):
             noise_scale = float(np.sqrt(np.sum(absolute**2) / spare))
         else:

@@ -22,7 +22,7 @@ class Inliers:
     Attributes
     ----------
     surface : the robust fit, which every criterion starts from and every kind is judged by
-    reach : points farther from it are rejected as outliers [length]; infinite where none is
+    reach : points farther from it are rejected as outliers [length]; infinite where points are few
     """
 
     surface: Primitive

@@ -107,14 +107,15 @@ def export(
     ----------
     artifacts : a key of `FORMATS`, or several
     points : (N, 3) that were fitted; `residuals_...`, `form` and `report` need them
-    options : keyword options that `fit` had, beside normals and weights, for the receipt in the report
+    options : keyword arguments that `fit` had beside the points, for the receipt in the report
     unit : of the coordinates: `mm`, `m` or `inch`; said in STEP files and reports
     chord_error : largest distance of a mesh from the surface, as a share of the size, in [1e-5, 0.1]
 
     Raises
     ------
     InvalidOptionError
-        An unknown artefact or unit, a chord error out of range, or points that are missing.
+        An unknown artefact or unit, a chord error out of range, points that are missing, or an option that
+        `fit` would not have taken.
     InvalidPointCloudError
         The points are not finite (N, 3).
     NothingToExportError

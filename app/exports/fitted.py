@@ -7,15 +7,18 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from app.engine import as_floats
+from app.engine import as_floats, config_of
 from app.exports.patch import answered
 from app.readers.cloud import Array, Cloud
+from app.segments import PER_POINT
 from fitting.cloud import check_points
 from fitting.errors import InvalidOptionError
 from fitting.form import Form, form_of
-from fitting.primitives import Primitive
+from fitting.primitives import Primitive, parameters
 from fitting.residuals import Residuals
 from fitting.result import Recognition
+
+COUNTS = ("weights", "standard_deviations")
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +69,21 @@ class Fitted:
 def fitted_points(
     recognition: Recognition, points: ArrayLike | None, options: Mapping[str, Any] | None = None
 ) -> Fitted:
-    """An answer with points from Python, and the keyword options of `fit`, which may hold weights."""
+    """An answer with points from Python, and the keyword arguments that `fit` had beside them.
+
+    Raises `InvalidPointCloudError` and `InvalidOptionError` for what `fit` would not have taken.
+    """
     if points is None:
-        return Fitted(recognition, None, options)
-    cloud = Cloud(check_points(as_floats(points, "points")), ("x", "y", "z"), None, "array")
-    return Fitted(recognition, cloud, options)
+        return Fitted(recognition)
+    arrays: dict[str, Any] = {"points": as_floats(points, "points")}
+    used = None
+    if options is not None:
+        arrays |= {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
+        used = {name: value for name, value in options.items() if name not in PER_POINT}
+        guess = config_of(**used).initial_guess
+        used |= {} if guess is None else {"initial_guess": parameters(guess)}
+    check_points(arrays["points"])
+    return Fitted(recognition, Cloud(columns=("x", "y", "z"), normals=None, format="array", **arrays), used)
 
 
 def residuals(recognition: Recognition, points: ArrayLike) -> Residuals:

@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 from typing import Any, get_args
 
+from app.exports import FORMATS as ARTIFACTS
 from app.openapi import MEDIA_TYPES
 from app.readers import FORMATS
 from app.schemas import Capabilities, FitOptions
@@ -21,6 +22,7 @@ def test_it_lists_what_there_is(service: Any) -> None:
     assert tuple(told["kinds"]) == KINDS
     assert tuple(told["classifiers"]) == CLASSIFIERS
     assert tuple(told["criteria"]) == get_args(Criterion)
+    assert told["artifacts"] == list(ARTIFACTS)
     assert [option["name"] for option in told["options"]] == list(FitOptions.model_fields)
     assert told["versions"] == service.client.get("/version").json()
     assert told["extras"].keys() >= {"bench", "train"} and "dev" not in told["extras"]

@@ -8,6 +8,7 @@ import numpy as np
 from app.exports.colors import color_limit
 from app.exports.fitted import Fitted
 from app.exports.options import ExportOptions
+from app.exports.patch import NothingToExportError
 from app.exports.report import tables
 from app.exports.report.histogram import histogram
 from app.exports.report.markup import Markup, element, joined, table
@@ -31,8 +32,15 @@ def html_report(fitted: Fitted, options: ExportOptions) -> bytes:
     """The page in UTF-8; the same answer and points give the same bytes.
 
     An answer without a fit gets one, too: it shows the points and says why there is none.
+
+    Raises
+    ------
+    NothingToExportError
+        None of the points belongs to the primitive: they are not those that were fitted.
     """
     recognition, points = fitted.recognition, fitted.points
+    if recognition.status != "no_fit" and not fitted.residuals.inlier.any():
+        raise NothingToExportError(f"none of the {len(points)} points lies near the {fitted.primitive.kind}")
     kind = fitted.primitive.kind if recognition.status != "no_fit" else "point cloud"
     title = f"{kind.capitalize()}, {len(points):,} points"
     head = joined(

@@ -10,6 +10,9 @@ from fitting.geometry import Array
 LEVELS = 31
 """Colours that residuals are drawn in."""
 
+FEW = 1200
+"""From so many points on dots are as small as they get."""
+
 HALO = 9
 """How much wider than a dot the ring around it is."""
 
@@ -53,6 +56,11 @@ def dots(places: Array, level: NDArray[np.intp], colors: list[str], size: int) -
         if chosen:
             parts.append(element("path", d=chosen, stroke=color, stroke_width=size))
     return element("g", *parts, stroke_linecap="round", fill="none")
+
+
+def dot_size(least: int, n_points: int) -> int:
+    """Of dots that are up to twice as wide where they are few."""
+    return round(least * min(max((FEW / max(n_points, 1)) ** 0.5, 1.0), 2.0))
 
 
 def color_bar(x: int, y: int, width: int, height: int) -> Markup:

@@ -10,7 +10,7 @@ from app.exports.fitted import Fitted
 from app.exports.patch import Patch
 from app.exports.report.markup import Markup, element, joined
 from app.exports.report.scene import SHOWN_POINTS
-from app.exports.report.svg import color_bar, colored, dots, picture, text, ticks
+from app.exports.report.svg import color_bar, colored, dot_size, dots, picture, text, ticks
 from fitting.extents import PlaneExtents
 from fitting.geometry import Array, around_axis, cross
 from fitting.primitives import Cylinder, Sphere, Torus
@@ -102,7 +102,7 @@ def unrolled_map(fitted: Fitted, patch: Patch | Array, limit: float, unit: str) 
     place = np.stack([x, y], axis=1)
     if len(points) <= SHOWN_POINTS:
         level, colors = colored(distance, limit)
-        drawn = dots(place, level, colors, DOT)
+        drawn = dots(place, level, colors, dot_size(DOT, len(place)))
     else:
         limit, drawn = _cells(place, distance, np.array([left, TOP]), size)
     frame = element("rect", x=round(left), y=TOP, width=round(size[0]), height=round(size[1]), class_="frame")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from app.exports.report.markup import Markup, element, joined
 from app.exports.report.scene import Camera, Scene, Surface
-from app.exports.report.svg import colored, dots, line_path, nice, picture, text
+from app.exports.report.svg import colored, dot_size, dots, line_path, nice, picture, text
 from fitting.geometry import Array
 
 SIZE, MARGIN, CORNER = 3600, 300, 120
@@ -73,15 +73,16 @@ def _view(scene: Scene, camera: Camera, limit: float, unit: str, title: str) -> 
     else:
         level, colors = colored(scene.distance[inside], limit)
     parts: list[Markup] = []
+    size = dot_size(DOT, len(place))
     hidden = np.zeros(len(place), bool)
     if scene.surface is not None:
         nearest = _nearest(scene.surface, frame)
         hidden = _is_hidden(place, depth, nearest)
-        parts.append(dots(place[hidden], level[hidden], colors, DOT))
+        parts.append(dots(place[hidden], level[hidden], colors, size))
         parts.append(_pieces(scene.surface, frame, nearest))
         parts += [_edge(edge, frame, nearest) for edge in scene.surface.edges]
         parts.append(_axis(scene.surface, frame))
-    parts.append(dots(place[~hidden], level[~hidden], colors, DOT))
+    parts.append(dots(place[~hidden], level[~hidden], colors, size))
     parts += [_scale_bar(frame.radius, unit), _triad(camera)]
     return picture(SIZE, SIZE, *parts, title=f"points and primitive, {title}")
 

@@ -129,5 +129,17 @@ def test_the_receipt_holds_the_options_where_they_are_known() -> None:
     recognition = recognised("pipe")
     points = _points("pipe")
     assert b"not known" in primfit.export(recognition, "report", points)
-    known = primfit.export(recognition, "report", points, options={"kinds": ["cylinder"], "seed": 7})
-    assert b"not known" not in known and b"<code>7</code>" in known
+    weights, guess = np.ones(len(points)), recognition.primitive
+    options = {"kinds": ["cylinder"], "seed": 7, "weights": weights, "initial_guess": guess}
+    known = primfit.export(recognition, "report", points, options=options)
+    assert b"not known" not in known and b"<code>7</code>" in known and b"SHA-256 of the weights" in known
+    with pytest.raises(primfit.InvalidOptionError, match="seed"):
+        primfit.export(recognition, "report", points, options={"seed": -1})
+
+
+def test_points_of_another_cloud_are_measured_but_make_no_report() -> None:
+    recognition, away = recognised("pipe"), _points("pipe") + 1e3
+    assert not primfit.residuals(recognition, away).inlier.any()
+    assert json.loads(primfit.export(recognition, "form", away))["residuals"]["inliers"] is None
+    with pytest.raises(primfit.NothingToExportError, match="none of the 4000 points"):
+        primfit.export(recognition, "report", away)
