@@ -17,6 +17,7 @@ from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array
 from fitting.normalize import Frame
 from fitting.primitives import Primitive
+from fitting.refine import stepped
 from fitting.result import FailedFit
 from fitting.zones import minimum_zone
 
@@ -94,7 +95,8 @@ def form_of(primitive: Primitive, points: Array) -> Form:
         return Form(name, len(points), failed, failed)
     start = cloud.frame.bring(primitive)
     least_squares = cheapest_minimum(start, np.empty((0, 9)), cloud, None)
-    zone = _minimum_zone(start if isinstance(least_squares, FailedFit) else least_squares, cloud)
+    best = start if isinstance(least_squares, FailedFit) else least_squares
+    zone = _minimum_zone(_centred(best, cloud), cloud)
     references = (_reference(found, start, cloud) for found in (least_squares, zone))
     return Form(name, len(points), *references)
 
@@ -107,6 +109,14 @@ def _reference(found: Primitive | FailedFit, start: Primitive, cloud: Cloud) -> 
     if found.kind in TURNED and row[:3] @ start.row()[:3] < 0.0:
         row[:3] = -row[:3]
     return Reference.of(type(found).from_row(row), cloud.points, cloud.frame)
+
+
+def _centred(primitive: Primitive, cloud: Cloud) -> Primitive:
+    """The offset whose largest distances to both sides are equal: the middle of the zone of its points."""
+    distance = primitive.signed_distance(cloud.points)
+    step = np.zeros(primitive.dof)
+    step[-1] = (distance.max() + distance.min()) / 2.0
+    return stepped(primitive, step)
 
 
 def _minimum_zone(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
