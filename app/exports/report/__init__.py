@@ -162,6 +162,6 @@ def _views(fitted: Fitted, limit: float, unit: str) -> Markup:
         told += f" without the {fitted.primitive.kind}: they do not say where it ends. z points up."
     else:
         up = "normal" if fitted.primitive.kind == "plane" else "axis"
-        told += f" and the {fitted.primitive.kind}, trimmed to where they are. Its {up} points up."
+        told += f" and the {fitted.primitive.kind}, trimmed to where they are. Its {up} is upright."
     figures = element("div", views(Scene.of(fitted), limit, unit), class_="views")
     return _section("The points", told, figures)
