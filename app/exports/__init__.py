@@ -6,8 +6,6 @@ from io import BytesIO
 from typing import Any, overload
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-from numpy.typing import ArrayLike
-
 from app.exports.fitted import Fitted, fitted_points, form_errors, residuals
 from app.exports.form import form_json
 from app.exports.mesh import mesh_writer
@@ -72,7 +70,7 @@ class Wanted:
 def export(
     recognition: Recognition,
     artifacts: str,
-    points: ArrayLike | None = None,
+    points: Any = None,
     *,
     options: Mapping[str, Any] | None = None,
     unit: str = "mm",
@@ -84,7 +82,7 @@ def export(
 def export(
     recognition: Recognition,
     artifacts: list[str] | tuple[str, ...],
-    points: ArrayLike | None = None,
+    points: Any = None,
     *,
     options: Mapping[str, Any] | None = None,
     unit: str = "mm",
@@ -95,7 +93,7 @@ def export(
 def export(
     recognition: Recognition,
     artifacts: str | list[str] | tuple[str, ...],
-    points: ArrayLike | None = None,
+    points: Any = None,
     *,
     options: Mapping[str, Any] | None = None,
     unit: str = "mm",
@@ -106,7 +104,7 @@ def export(
     Parameters
     ----------
     artifacts : a key of `FORMATS`, or several
-    points : (N, 3) that were fitted; `residuals_...`, `form` and `report` need them
+    points : (N, 3) that were fitted, whatever `fit` takes; `residuals_...`, `form` and `report` need them
     options : keyword arguments that `fit` had beside the points, for the receipt in the report
     unit : of the coordinates: `mm`, `m` or `inch`; said in STEP files and reports
     chord_error : largest distance of a mesh from the surface, as a share of the size, in [1e-5, 0.1]

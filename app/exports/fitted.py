@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from numpy.typing import ArrayLike
-
-from app.engine import as_floats, config_of
+from app.arrays import as_cloud, as_floats
+from app.engine import config_of
 from app.exports.patch import answered
 from app.readers.cloud import Array, Cloud
 from app.segments import PER_POINT
@@ -66,33 +65,30 @@ class Fitted:
         return form_of(self.primitive, self.points[self.residuals.inlier])
 
 
-def fitted_points(
-    recognition: Recognition, points: ArrayLike | None, options: Mapping[str, Any] | None = None
-) -> Fitted:
+def fitted_points(recognition: Recognition, points: Any, options: Mapping[str, Any] | None = None) -> Fitted:
     """An answer with points from Python, and the keyword arguments that `fit` had beside them.
 
     Raises `InvalidPointCloudError` and `InvalidOptionError` for what `fit` would not have taken.
     """
     if points is None:
         return Fitted(recognition)
-    arrays: dict[str, Any] = {"points": as_floats(points, "points")}
+    arrays: dict[str, Any] = {"points": check_points(as_cloud(points)[0])}
     used = None
     if options is not None:
         arrays |= {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
         used = {name: value for name, value in options.items() if name not in PER_POINT}
         guess = config_of(**used).initial_guess
         used |= {} if guess is None else {"initial_guess": parameters(guess)}
-    check_points(arrays["points"])
     return Fitted(recognition, Cloud(columns=("x", "y", "z"), normals=None, format="array", **arrays), used)
 
 
-def residuals(recognition: Recognition, points: ArrayLike) -> Residuals:
+def residuals(recognition: Recognition, points: Any) -> Residuals:
     """Signed distances of points from the answered primitive, and which of them belong to it.
 
     Parameters
     ----------
     recognition : what `fit` found; of an ambiguous answer the first primitive counts
-    points : (N, 3) in the unit that was fitted, the same ones or others
+    points : (N, 3) in the unit that was fitted, the same ones or others; whatever `fit` takes
 
     Raises
     ------
@@ -104,6 +100,6 @@ def residuals(recognition: Recognition, points: ArrayLike) -> Residuals:
     return fitted_points(recognition, points).residuals
 
 
-def form_errors(recognition: Recognition, points: ArrayLike) -> Form:
+def form_errors(recognition: Recognition, points: Any) -> Form:
     """Form errors of the points that belong to the answered primitive; parameters as in `residuals`."""
     return fitted_points(recognition, points).form
