@@ -103,10 +103,21 @@ class Arc(BaseModel):
 
 
 class PlaneExtents(Bounds):
-    """The convex outline of the points on a plane, and the rectangle of least area about it."""
+    """The outlines of the points on a plane, and the rectangle of least area about them.
+
+    `area` and `coverage` are those of the convex outline.
+    """
 
     kind: Literal["plane"]
-    outline: list[Vector] = Field(description="corners, counter-clockwise about the normal")
+    outline: list[Vector] = Field(
+        description="corners of the convex outline, counter-clockwise about the normal"
+    )
+    concave_outline: list[list[list[Vector]]] = Field(
+        description="the pieces that points fill, the largest first; of each the outer ring, "
+        "counter-clockwise about the normal, then the rings of its holes, clockwise; at most 1000 corners. "
+        "The convex outline where the points fill that"
+    )
+    concave_area: float = Field(description="inside the concave outline, without the holes")
     center: Vector = Field(description="of the rectangle")
     length: float
     width: float = Field(description="the shorter side")

@@ -4,12 +4,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from app.exports.fitted import Fitted
 from app.exports.options import ExportOptions
-from app.exports.patch import Patch, patch_of, trimmed
-from fitting.geometry import Array
-from fitting.primitives import Sphere, Torus
+from app.exports.patch import Patch, Pieces, patch_of, trimmed
+from fitting.geometry import Array, basis
+from fitting.primitives import Plane, Primitive, Sphere, Torus
 
 FEWEST = 3
 """Strips across an arc at least, so that a full turn is a surface."""
@@ -24,7 +25,7 @@ def mesh_writer(file_type: str) -> Callable[[Fitted, ExportOptions], bytes]:
     def write(fitted: Fitted, options: ExportOptions) -> bytes:
         primitive, extents = trimmed(fitted.recognition)
         patch = patch_of(primitive, extents)
-        mesh = _grid(patch, options.chord_error) if isinstance(patch, Patch) else _fan(patch)
+        mesh = _grid(patch, options.chord_error) if isinstance(patch, Patch) else _flat(patch, primitive)
         said = {"kind": primitive.kind, "unit": options.unit}
         made = _scene(mesh, said) if file_type == "glb" else _trimesh(mesh, said)
         content = made.export(file_type=file_type)
@@ -52,10 +53,25 @@ def _scene(mesh: Mesh, said: dict[str, str]) -> Any:
     return scene
 
 
-def _fan(corners: Array) -> Mesh:
-    """A convex outline (K, 3)."""
-    last = np.arange(2, len(corners))
-    return corners, np.stack([np.zeros_like(last), last - 1, last], axis=1)
+def _flat(pieces: Pieces, plane: Primitive) -> Mesh:
+    """Constrained Delaunay triangles between the corners of the rings, which stay as they are."""
+    import shapely
+
+    assert isinstance(plane, Plane)
+    corners = np.concatenate([ring for rings in pieces for ring in rings])
+    frame = np.array(basis(plane.normal))
+
+    def seen(ring: Array) -> Array:
+        return (ring - corners[0]) @ frame.T
+
+    shape = shapely.MultiPolygon([(seen(outer), [seen(hole) for hole in holes]) for outer, *holes in pieces])
+    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
+    triangles = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
+    number = cKDTree(seen(corners)).query(triangles)[1]
+    first, second = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    clockwise = first[:, 0] * second[:, 1] < first[:, 1] * second[:, 0]
+    number[clockwise] = number[clockwise][:, ::-1]
+    return corners, number
 
 
 def _grid(patch: Patch, chord_error: float) -> Mesh:

@@ -108,11 +108,15 @@ def trimmed(recognition: Recognition) -> tuple[Primitive, Bounds]:
     return primitive, recognition.extents
 
 
-def patch_of(primitive: Primitive, extents: Bounds) -> Patch | Array:
-    """The piece of a surface of revolution, or the outline (K, 3) of a plane."""
+Pieces = tuple[tuple[Array, ...], ...]
+"""Of each piece of a plane the outer ring (K, 3), then those of its holes."""
+
+
+def patch_of(primitive: Primitive, extents: Bounds) -> Patch | Pieces:
+    """The piece of a surface of revolution, or the pieces of a plane."""
     match primitive, extents:
         case Plane(), PlaneExtents():
-            return extents.outline
+            return extents.concave_outline
         case Sphere(), SphereExtents():
             lowest = -np.pi / 2.0 if extents.full_sphere else np.pi / 2.0 - extents.half_angle
             reference = basis(extents.axis)[0]

@@ -9,7 +9,7 @@ import numpy as np
 
 from app.exports.fitted import Fitted
 from app.exports.options import ExportOptions
-from app.exports.patch import NothingToExportError, Patch, patch_of, trimmed
+from app.exports.patch import NothingToExportError, Patch, Pieces, patch_of, trimmed
 from fitting.extents.values import Bounds
 from fitting.geometry import Array, basis, cross
 from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
@@ -65,19 +65,33 @@ def step(fitted: Fitted, options: ExportOptions) -> bytes:
     primitive, extents = trimmed(fitted.recognition)
     patch = patch_of(primitive, extents)
     file = _File()
-    loop = _revolved(file, patch) if isinstance(patch, Patch) else _outlined(file, patch)
-    edges = [file.add(f"ORIENTED_EDGE('',*,*,{edge},{_flag(forward)})") for edge, forward in loop]
-    boundary = file.add(f"EDGE_LOOP('',({','.join(edges)}))")
-    bound = file.add(f"FACE_OUTER_BOUND('',{boundary},.T.)")
     surface = _surface(file, primitive, patch)
-    face = file.add(f"ADVANCED_FACE('{primitive.kind}',({bound}),{surface},.T.)")
+    faces = [
+        file.add(f"ADVANCED_FACE('{primitive.kind}',({','.join(bounds)}),{surface},.T.)")
+        for bounds in _bounds(file, patch)
+    ]
     closed = isinstance(patch, Patch) and patch.is_closed
-    shell = file.add(f"{'CLOSED' if closed else 'OPEN'}_SHELL('',({face}))")
+    shell = file.add(f"{'CLOSED' if closed else 'OPEN'}_SHELL('',({','.join(faces)}))")
     _product(file, primitive.kind, shell, extents, options.unit)
     return _part21(file, primitive.kind).encode("ascii")
 
 
-def _surface(file: _File, primitive: Primitive, patch: Patch | Array) -> str:
+def _bounds(file: _File, patch: Patch | Pieces) -> list[list[str]]:
+    """Of each face its outer bound, then those of its holes."""
+    if isinstance(patch, Patch):
+        return [[_bound(file, _revolved(file, patch))]]
+    return [
+        [_bound(file, _outlined(file, ring), outer=i == 0) for i, ring in enumerate(rings)] for rings in patch
+    ]
+
+
+def _bound(file: _File, loop: list[Edge], outer: bool = True) -> str:
+    edges = [file.add(f"ORIENTED_EDGE('',*,*,{edge},{_flag(forward)})") for edge, forward in loop]
+    boundary = file.add(f"EDGE_LOOP('',({','.join(edges)}))")
+    return file.add(f"FACE_{'OUTER_' if outer else ''}BOUND('',{boundary},.T.)")
+
+
+def _surface(file: _File, primitive: Primitive, patch: Patch | Pieces) -> str:
     if isinstance(primitive, Plane):
         where = file.placement(primitive.point, primitive.normal, basis(primitive.normal)[0])
         return file.add(f"PLANE('',{where})")
@@ -98,7 +112,7 @@ def _surface(file: _File, primitive: Primitive, patch: Patch | Array) -> str:
 
 
 def _outlined(file: _File, corners: Array) -> list[Edge]:
-    """The straight edges of a plane's outline, counter-clockwise about the normal."""
+    """The straight edges of a ring: counter-clockwise about the normal, or clockwise around a hole."""
     vertices = [file.vertex(corner) for corner in corners]
     following = np.roll(np.arange(len(corners)), -1)
     return [

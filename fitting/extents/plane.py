@@ -1,13 +1,16 @@
-"""The part of a plane that holds points: their convex outline and the smallest rectangle about it."""
+"""The part of a plane that holds points: their outlines, convex and concave, and the smallest rectangle."""
 
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from scipy.spatial import ConvexHull
+from scipy.spatial.distance import cdist
 
+from fitting.extents.grid import Grid
+from fitting.extents.outline import concave
 from fitting.extents.spread import POINTS_A_CELL, ends
-from fitting.extents.values import Bounds, Length, Place
+from fitting.extents.values import Area, Bounds, Length, Place, Places
 from fitting.geometry import Array, basis, vector
 from fitting.primitives import Plane
 
@@ -21,11 +24,15 @@ MOST_STRAY = 20
 
 @dataclass(frozen=True, eq=False)
 class PlaneExtents(Bounds):
-    """The bounded plane.
+    """The bounded plane; `area` and `coverage` are those of the convex outline.
 
     Attributes
     ----------
     outline : (K, 3) corners of the convex outline, counter-clockwise about the normal
+    concave_outline : the pieces that points fill, the largest first; of each the outer ring (K, 3),
+        counter-clockwise about the normal, then the rings of its holes, clockwise. The convex outline alone
+        where the points fill that
+    concave_area : inside it, without the holes
     center : (3,) of the rectangle of least area about the outline
     length, width : of that rectangle; the length is the longer
     length_direction, width_direction : (3,) unit vectors along its sides
@@ -34,6 +41,8 @@ class PlaneExtents(Bounds):
     kind: ClassVar[str] = "plane"
 
     outline: Place
+    concave_outline: Places
+    concave_area: Area
     center: Place
     length: Length
     width: Length
@@ -45,19 +54,25 @@ class PlaneExtents(Bounds):
         frame = np.array(basis(primitive.normal))
         flat = (feet - primitive.point) @ frame.T
         kept, corners = _outlined(flat)
-        kept = _between_ends(kept, _rectangle(corners)[0], blur)
-        corners = kept[ConvexHull(kept).vertices]
+        even = _turned(_rectangle(corners)[0][0])
+        ended = _between_ends(kept, even, blur)
+        corners = ended[ConvexHull(ended).vertices]
         area = _area(corners)
-        (along, across), middle, size = _rectangle(corners)
+        axes, middle, size = _rectangle(corners)
+        pieces = concave(kept @ even.T, corners @ even.T, blur) or ((corners @ even.T,),)
         return cls(
             area=area,
-            coverage=_coverage(kept, corners, along, across),
+            coverage=_coverage(ended @ axes.T, corners @ axes.T),
             outline=primitive.point + corners @ frame,
+            concave_outline=tuple(
+                tuple(primitive.point + ring @ even @ frame for ring in rings) for rings in pieces
+            ),
+            concave_area=sum(_area(ring) for rings in pieces for ring in rings),
             center=primitive.point + middle @ frame,
             length=float(size[0]),
             width=float(size[1]),
-            length_direction=vector(along @ frame),
-            width_direction=vector(across @ frame),
+            length_direction=vector(axes[0] @ frame),
+            width_direction=vector(axes[1] @ frame),
         )
 
 
@@ -67,8 +82,7 @@ def _outlined(flat: Array) -> tuple[Array, Array]:
     while True:
         corners = ConvexHull(kept).vertices
         reach = REACH * np.sqrt(_area(kept[corners]) / len(kept))
-        apart = kept[corners, None] - kept[None]
-        near = np.count_nonzero(np.einsum("kni,kni->kn", apart, apart) <= reach**2, axis=1) - 1
+        near = np.count_nonzero(cdist(kept[corners], kept, "sqeuclidean") <= reach**2, axis=1) - 1
         stray = corners[near < NEIGHBOURS]
         dropped += len(stray)
         if len(stray) == 0 or dropped > len(flat) // MOST_STRAY:
@@ -85,14 +99,24 @@ def _between_ends(points: Array, directions: Array, blur: float) -> Array:
     return points[inside]
 
 
+def _turned(along: Array) -> Array:
+    """A unit vector (2,) and the one to its left."""
+    return np.array([along, [-along[1], along[0]]])
+
+
+def _following(corners: Array) -> Array:
+    return np.concatenate([corners[1:], corners[:1]])
+
+
 def _area(corners: Array) -> float:
     x, y = (corners - corners[0]).T
-    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2.0)
+    following = _following(corners - corners[0])
+    return float(x @ following[:, 1] - y @ following[:, 0]) / 2.0
 
 
 def _rectangle(corners: Array) -> tuple[Array, Array, Array]:
     """Directions (2, 2), centre (2,) and sizes (2,) of the rectangle of least area; it lies along an edge."""
-    edges = np.roll(corners, -1, axis=0) - corners
+    edges = _following(corners) - corners
     along = edges / np.sqrt(np.einsum("ki,ki->k", edges, edges))[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     spread = np.stack([corners @ along.T, corners @ across.T])
@@ -105,21 +129,19 @@ def _rectangle(corners: Array) -> tuple[Array, Array, Array]:
     return directions[order], middle, size[order, best]
 
 
-def _coverage(points: Array, corners: Array, along: Array, across: Array) -> float:
-    """Share of the cells inside the outline that hold points; see `fitting.extents.spread.coverage`."""
-    side = np.sqrt(POINTS_A_CELL * _area(corners) / len(points))
-    axes = np.stack([along, across])
-    low = (corners @ axes.T).min(axis=0)
-    rows, columns = np.maximum(np.round(((corners @ axes.T).max(axis=0) - low) / side), 1).astype(np.intp)
-    step = ((corners @ axes.T).max(axis=0) - low) / (rows, columns)
-    taken = np.minimum(((points @ axes.T - low) / step).astype(np.intp), (rows - 1, columns - 1))
-    holds = np.zeros((rows, columns), bool)
-    holds[taken[:, 0], taken[:, 1]] = True
-    centers = low + (np.argwhere(np.ones_like(holds)) + 0.5) * step
-    ring = corners @ axes.T
-    edges = np.roll(ring, -1, axis=0) - ring
-    turned = np.sign(_area(ring)) * (
-        edges[:, 0] * (centers[:, 1, None] - ring[:, 1]) - edges[:, 1] * (centers[:, 0, None] - ring[:, 0])
+def _coverage(points: Array, corners: Array) -> float:
+    """Share of the cells inside the outline that hold points; see `fitting.extents.spread.coverage`.
+
+    Both as seen along the sides of the rectangle.
+    """
+    side = np.sqrt(POINTS_A_CELL * abs(_area(corners)) / len(points))
+    low = corners.min(axis=0)
+    grid = Grid.of(points, low, corners.max(axis=0) - low, side)
+    centers = grid.centers(np.ones_like(grid.counts))
+    edges = _following(corners) - corners
+    turned = np.sign(_area(corners)) * (
+        edges[:, 0] * (centers[:, 1, None] - corners[:, 1])
+        - edges[:, 1] * (centers[:, 0, None] - corners[:, 0])
     )
     inside = np.all(turned >= 0.0, axis=1)
-    return float(holds.ravel()[inside].mean()) if inside.any() else 1.0
+    return float((grid.counts.ravel()[inside] > 0).mean()) if inside.any() else 1.0

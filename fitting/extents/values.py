@@ -21,10 +21,23 @@ def _place(value: Array, frame: Frame) -> Array:
     return frame.center + frame.scale * value
 
 
+def _places(value: tuple[tuple[Array, ...], ...], frame: Frame) -> tuple[tuple[Array, ...], ...]:
+    return tuple(tuple(_place(ring, frame) for ring in rings) for rings in value)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_plain(one) for one in value]
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
 Length = Annotated[float, _length]
 Area = Annotated[float, _area]
 Place = Annotated[Array, _place]
 """A point (3,), or several (K, 3). Directions and angles are the same in the frame and in input units."""
+
+Places = Annotated[tuple[tuple[Array, ...], ...], _places]
+"""Rings (K, 3) of points, by the piece that they bound."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +63,4 @@ class Bounds:
 
     def values(self) -> dict[str, Any]:
         """Plain values for the answer, `kind` first."""
-        plain: dict[str, Any] = {"kind": self.kind}
-        for field in fields(self):
-            value = getattr(self, field.name)
-            plain[field.name] = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
-        return plain
+        return {"kind": self.kind} | {field.name: _plain(getattr(self, field.name)) for field in fields(self)}

@@ -1,0 +1,192 @@
+"""The concave outline of points in a plane: pieces, notches and holes that are larger than chance leaves.
+
+The triangles of the points' Delaunay triangulation are kept whose longest edge is not over what chance makes
+of the local spacing; what they cover is the outline (Edelsbrunner, Kirkpatrick, Seidel, "On the shape of a
+set of points in the plane", IEEE Trans. Inf. Theory 29(4), 1983, with a length that follows the density).
+Points in the midst of others need no triangles, so only those near the edges are triangulated.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial import Delaunay
+
+from fitting.extents.grid import Grid, around
+from fitting.extents.spread import BLURRED, CHANCE, FEWEST, POINTS_A_CELL
+from fitting.geometry import Array
+
+Rings = tuple[Array, ...]
+"""A piece: its outer ring (K, 2), counter-clockwise, and its holes, clockwise; no corner is repeated."""
+
+FEWEST_AROUND = 5
+"""Points in a cell and its eight neighbours; where there are fewer (45 is usual), they are stray."""
+
+FINEST = 8.0
+"""Where much of the rectangle is empty the cells are smaller, by this factor at most."""
+
+SMALLEST = 20
+"""Pieces and holes of less than the area of so many points are none."""
+
+INWARD = 0.25
+"""The edge of evenly random points lies so many spacings within what they were drawn from, on the average."""
+
+BENDS = 0.5
+"""The outline may move by so many spacings while corners are left out."""
+
+MOST_CORNERS = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class _Near:
+    """What is triangulated.
+
+    Attributes
+    ----------
+    points : (M, 2) those near an edge, then the middles of the full cells next to them
+    spacing : (M,) local one of the points, 0 of the middles
+    mean_spacing : of all the points
+    edge : (E, 2) points that are looked at for noise: a cell farther in than those near an edge
+    """
+
+    points: Array
+    spacing: Array
+    mean_spacing: float
+    edge: Array
+
+
+def concave(points: Array, corners: Array, blur: float) -> tuple[Rings, ...] | None:
+    """The pieces that points (N, 2) fill, the largest first; None where that is their convex outline.
+
+    Parameters
+    ----------
+    points : about even along both coordinates
+    corners : (K, 2) of their convex outline, counter-clockwise
+    blur : standard deviation of their noise
+    """
+    if len(points) < FEWEST:
+        return None
+    near = _near(points)
+    reach = 2.0 * np.sqrt((np.log(len(points)) + CHANCE + 3.0) / np.pi)
+    shape = _large(_triangulated(near, reach), SMALLEST * near.mean_spacing**2)
+    if shape.is_empty or _fills(shape, corners, reach * near.mean_spacing / 2.0):
+        return None
+    return _pieces(_tidied(shape, near, blur))
+
+
+def _near(points: Array) -> _Near:
+    low = points.min(axis=0)
+    size = points.max(axis=0) - low
+    side = float(np.sqrt(POINTS_A_CELL * size.prod() / len(points)))
+    grid = Grid.of(points, low, size, side)
+    taken = np.count_nonzero(grid.counts) / grid.counts.size
+    if taken < 0.5:
+        grid = Grid.of(points, low, size, side * max(float(np.sqrt(taken)), 1.0 / FINEST))
+    occupied, cell = grid.counts > 0, float(grid.step.prod())
+    mean_spacing = float(np.sqrt(np.count_nonzero(occupied) * cell / len(points)))
+    counts = around(grid.counts)
+    full = around(occupied.astype(np.intp)) == 9
+    within = around(full.astype(np.intp)) == 9
+    dense = counts >= FEWEST_AROUND
+    chosen = (dense & ~full).ravel()[grid.taken]
+    middles = grid.centers(full & ~within)
+    spacing = np.maximum(np.sqrt(9.0 * cell / counts.ravel()[grid.taken[chosen]]), mean_spacing)
+    return _Near(
+        points=np.concatenate([points[chosen], middles]),
+        spacing=np.concatenate([spacing, np.zeros(len(middles))]),
+        mean_spacing=mean_spacing,
+        edge=points[(dense & ~within).ravel()[grid.taken]],
+    )
+
+
+def _triangulated(near: _Near, reach: float) -> Any:
+    """What the triangles cover that have no edge over `reach` spacings or a corner in the midst of points."""
+    import shapely
+
+    if len(near.points) < 3:
+        return shapely.Polygon()
+    mesh = Delaunay(near.points)
+    corners, spacing = near.points[mesh.simplices], near.spacing[mesh.simplices]
+    edges = corners - corners[:, [1, 2, 0]]
+    longest = np.einsum("tki,tki->tk", edges, edges).max(axis=1)
+    kept = (longest <= (reach * np.sort(spacing, axis=1)[:, 1]) ** 2) | (spacing == 0.0).any(axis=1)
+    beyond = mesh.neighbors
+    triangle, opposite = np.nonzero(kept[:, None] & ~((beyond >= 0) & kept[beyond]))
+    ends = [near.points[mesh.simplices[triangle, (opposite + k) % 3]] for k in (1, 2)]
+    return shapely.build_area(shapely.multilinestrings(np.stack(ends, axis=1)))
+
+
+def _large(shape: Any, smallest: float) -> Any:
+    """Without pieces and holes of less than an area."""
+    import shapely
+
+    pieces = [piece for piece in shapely.get_parts(shape) if piece.area >= smallest]
+    filled = [
+        shapely.Polygon(piece.exterior, [ring for ring in piece.interiors if _area(ring) >= smallest])
+        for piece in pieces
+    ]
+    return shapely.MultiPolygon(filled)
+
+
+def _area(ring: Any) -> float:
+    import shapely
+
+    return float(shapely.Polygon(ring).area)
+
+
+def _fills(shape: Any, corners: Array, depth: float) -> bool:
+    """Whether it is one piece without holes, and nowhere deeper than so within a convex outline."""
+    if len(shape.geoms) != 1 or shape.geoms[0].interiors:
+        return False
+    along = np.concatenate([corners[1:], corners[:1]]) - corners
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.sqrt(np.sum(along**2, axis=1))[:, None]
+    ring = np.asarray(shape.geoms[0].exterior.coords)
+    depths = ring @ inward.T - np.einsum("ki,ki->k", corners, inward)
+    return bool(depths.min(axis=1).max() <= depth)
+
+
+def _tidied(shape: Any, near: _Near, blur: float) -> Any:
+    """With fewer corners, and moved to where the edge is on the average of random points and of noise."""
+    import shapely
+
+    spacing, smallest = near.mean_spacing, SMALLEST * near.mean_spacing**2
+    tolerance = BENDS * spacing
+    plain = shapely.simplify(shape, tolerance)
+    move = (shape.area - plain.area) / plain.length + _outward(shape, near, blur)
+    tidy = _large(shapely.buffer(plain, move, join_style="mitre"), smallest)
+    while shapely.get_num_coordinates(tidy) > MOST_CORNERS:
+        tolerance, smallest = 2.0 * tolerance, 4.0 * smallest
+        tidy = _large(shapely.simplify(tidy, tolerance), smallest)
+    return tidy
+
+
+def _outward(shape: Any, near: _Near, blur: float) -> float:
+    """How far the edge is from the average one: within it for lack of points, beyond it for noise.
+
+    Rows of a grid, along which corners are as near to each other as points are, lie on the edge itself.
+    """
+    import shapely
+
+    corners = shapely.get_num_coordinates(shape)
+    spacing = near.mean_spacing
+    short = INWARD * spacing * float(np.clip(shape.length / (corners * spacing) - 1.0, 0.0, 1.0))
+    over = int(BLURRED * blur * shape.length / spacing**2)
+    if over < corners:  # which are that many points on the outline
+        return short * (1.0 - over / corners)
+    inside = shapely.contains_xy(shape, near.edge[:, 0], near.edge[:, 1])
+    depths = np.where(inside, 1.0, -1.0) * shapely.distance(shapely.points(near.edge), shape.boundary)
+    over = min(over, len(depths) - 1)
+    return -max(float(np.partition(depths, over)[over]), 0.0)
+
+
+def _pieces(shape: Any) -> tuple[Rings, ...] | None:
+    import shapely
+
+    parts = shapely.orient_polygons(shapely.get_parts(shape), exterior_cw=False)
+    return (
+        tuple(
+            tuple(np.array(ring.coords)[:-1] for ring in (part.exterior, *part.interiors))
+            for part in sorted(parts, key=lambda part: -part.area)
+        )
+        or None
+    )
