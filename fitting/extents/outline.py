@@ -6,15 +6,17 @@ set of points in the plane", IEEE Trans. Inf. Theory 29(4), 1983, with a length 
 Points in the midst of others need no triangles, so only those near the edges are triangulated.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import maximum_filter
 from scipy.spatial import Delaunay
 
 from fitting.extents.grid import Grid, around
-from fitting.extents.spread import BLURRED, CHANCE, FEWEST, POINTS_A_CELL
-from fitting.geometry import Array
+from fitting.extents.spread import BLURRED, CHANCE, FEWEST, MOST_STRAY, POINTS_A_CELL
+from fitting.geometry import TINY, Array
 
 Rings = tuple[Array, ...]
 """A piece: its outer ring (K, 2), counter-clockwise, and its holes, clockwise; no corner is repeated."""
@@ -25,16 +27,22 @@ FEWEST_AROUND = 5
 FINEST = 8.0
 """Where much of the rectangle is empty the cells are smaller, by this factor at most."""
 
+WIDER = 1.5
+"""A reach that leaves out too many points is made wider by this factor."""
+
 SMALLEST = 20
 """Pieces and holes of less than the area of so many points are none."""
 
-INWARD = 0.25
+INWARD = 0.29
 """The edge of evenly random points lies so many spacings within what they were drawn from, on the average."""
 
 BENDS = 0.5
 """The outline may move by so many spacings while corners are left out."""
 
 MOST_CORNERS = 1000
+
+ALL_APART = np.array([1.0, np.sqrt(2.0)])
+"""Only repeated points are at the same place along this direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +63,8 @@ class _Near:
     edge: Array
 
 
-def concave(points: Array, corners: Array, blur: float) -> tuple[Rings, ...] | None:
-    """The pieces that points (N, 2) fill, the largest first; None where that is their convex outline.
+def concave(points: Array, corners: Array, blur: float) -> tuple[Rings, ...]:
+    """The pieces that points (N, 2) fill, the largest first; none where that is their convex outline.
 
     Parameters
     ----------
@@ -64,13 +72,15 @@ def concave(points: Array, corners: Array, blur: float) -> tuple[Rings, ...] | N
     corners : (K, 2) of their convex outline, counter-clockwise
     blur : standard deviation of their noise
     """
+    once = np.unique(points @ ALL_APART, return_index=True)[1]
+    points = points if len(once) == len(points) else points[np.sort(once)]
     if len(points) < FEWEST:
-        return None
+        return ()
     near = _near(points)
     reach = 2.0 * np.sqrt((np.log(len(points)) + CHANCE + 3.0) / np.pi)
-    shape = _large(_triangulated(near, reach), SMALLEST * near.mean_spacing**2)
+    shape = _triangulated(near, reach, len(points) // MOST_STRAY)
     if shape.is_empty or _fills(shape, corners, reach * near.mean_spacing / 2.0):
-        return None
+        return ()
     return _pieces(_tidied(shape, near, blur))
 
 
@@ -90,7 +100,9 @@ def _near(points: Array) -> _Near:
     dense = counts >= FEWEST_AROUND
     chosen = (dense & ~full).ravel()[grid.taken]
     middles = grid.centers(full & ~within)
-    spacing = np.maximum(np.sqrt(9.0 * cell / counts.ravel()[grid.taken[chosen]]), mean_spacing)
+    # Of the windows about a cell the fullest one is not cut by an edge.
+    fullest = maximum_filter(counts, size=3, mode="constant").ravel()[grid.taken[chosen]]
+    spacing = np.maximum(np.sqrt(9.0 * cell / fullest), mean_spacing)
     return _Near(
         points=np.concatenate([points[chosen], middles]),
         spacing=np.concatenate([spacing, np.zeros(len(middles))]),
@@ -99,8 +111,11 @@ def _near(points: Array) -> _Near:
     )
 
 
-def _triangulated(near: _Near, reach: float) -> Any:
-    """What the triangles cover that have no edge over `reach` spacings or a corner in the midst of points."""
+def _triangulated(near: _Near, reach: float, most: int) -> Any:
+    """What the triangles cover that have no edge over `reach` spacings, or a corner in the midst of points.
+
+    The reach is made wider while that leaves out more than `most` of the points, as far scan lines would.
+    """
     import shapely
 
     if len(near.points) < 3:
@@ -108,19 +123,38 @@ def _triangulated(near: _Near, reach: float) -> Any:
     mesh = Delaunay(near.points)
     corners, spacing = near.points[mesh.simplices], near.spacing[mesh.simplices]
     edges = corners - corners[:, [1, 2, 0]]
-    longest = np.einsum("tki,tki->tk", edges, edges).max(axis=1)
-    kept = (longest <= (reach * np.sort(spacing, axis=1)[:, 1]) ** 2) | (spacing == 0.0).any(axis=1)
+    longest = np.sqrt(np.einsum("tki,tki->tk", edges, edges).max(axis=1))
+    needed = np.where(
+        (spacing == 0.0).any(axis=1), 0.0, longest / np.maximum(np.sort(spacing, axis=1)[:, 1], TINY)
+    )
     beyond = mesh.neighbors
-    triangle, opposite = np.nonzero(kept[:, None] & ~((beyond >= 0) & kept[beyond]))
-    ends = [near.points[mesh.simplices[triangle, (opposite + k) % 3]] for k in (1, 2)]
-    return shapely.build_area(shapely.multilinestrings(np.stack(ends, axis=1)))
+    while True:
+        kept = needed <= reach
+        triangle, opposite = np.nonzero(kept[:, None] & ~((beyond >= 0) & kept[beyond]))
+        ends = [mesh.simplices[triangle, (opposite + k) % 3] for k in (1, 2)]
+        shape = _large(_bounded(near.points[np.stack(ends, axis=1)]), SMALLEST * near.mean_spacing**2)
+        shapely.prepare(shape)
+        out = np.count_nonzero(~shapely.intersects_xy(shape, *near.points.T))
+        if out <= most or kept.all():
+            return shape
+        reach *= WIDER
 
 
-def _large(shape: Any, smallest: float) -> Any:
-    """Without pieces and holes of less than an area."""
+def _bounded(edges: Array) -> list[Any]:
+    """The polygons to the left of edges (E, 2, 2)."""
     import shapely
 
-    pieces = [piece for piece in shapely.get_parts(shape) if piece.area >= smallest]
+    faces = shapely.get_parts(shapely.polygonize(shapely.linestrings(edges)))
+    directed = {tuple(edge) for edge in edges.reshape(-1, 4).tolist()}
+    faces = shapely.orient_polygons(faces, exterior_cw=False)
+    return [face for face in faces if sum(face.exterior.coords[:2], ()) in directed]
+
+
+def _large(parts: Iterable[Any], smallest: float) -> Any:
+    """The polygons of at least an area, without their smaller holes, as one shape."""
+    import shapely
+
+    pieces = [piece for piece in parts if piece.area >= smallest]
     filled = [
         shapely.Polygon(piece.exterior, [ring for ring in piece.interiors if _area(ring) >= smallest])
         for piece in pieces
@@ -153,10 +187,10 @@ def _tidied(shape: Any, near: _Near, blur: float) -> Any:
     tolerance = BENDS * spacing
     plain = shapely.simplify(shape, tolerance)
     move = (shape.area - plain.area) / plain.length + _outward(shape, near, blur)
-    tidy = _large(shapely.buffer(plain, move, join_style="mitre"), smallest)
+    tidy = _large(shapely.get_parts(shapely.buffer(plain, move, join_style="mitre")), smallest)
     while shapely.get_num_coordinates(tidy) > MOST_CORNERS:
         tolerance, smallest = 2.0 * tolerance, 4.0 * smallest
-        tidy = _large(shapely.simplify(tidy, tolerance), smallest)
+        tidy = _large(shapely.get_parts(shapely.simplify(tidy, tolerance)), smallest)
     return tidy
 
 
@@ -179,14 +213,11 @@ def _outward(shape: Any, near: _Near, blur: float) -> float:
     return -max(float(np.partition(depths, over)[over]), 0.0)
 
 
-def _pieces(shape: Any) -> tuple[Rings, ...] | None:
+def _pieces(shape: Any) -> tuple[Rings, ...]:
     import shapely
 
     parts = shapely.orient_polygons(shapely.get_parts(shape), exterior_cw=False)
-    return (
-        tuple(
-            tuple(np.array(ring.coords)[:-1] for ring in (part.exterior, *part.interiors))
-            for part in sorted(parts, key=lambda part: -part.area)
-        )
-        or None
+    return tuple(
+        tuple(np.array(ring.coords)[:-1] for ring in (part.exterior, *part.interiors))
+        for part in sorted(parts, key=lambda part: -part.area)
     )

@@ -59,7 +59,10 @@ class PlaneExtents(Bounds):
         corners = ended[ConvexHull(ended).vertices]
         area = _area(corners)
         axes, middle, size = _rectangle(corners)
-        pieces = concave(kept @ even.T, corners @ even.T, blur) or ((corners @ even.T,),)
+        pieces = concave(kept @ even.T, corners @ even.T, blur)
+        hollow = sum((_area(ring) for rings in pieces for ring in rings), 0.0)
+        if not 0.0 < hollow < area:
+            pieces, hollow = ((corners @ even.T,),), area
         return cls(
             area=area,
             coverage=_coverage(ended @ axes.T, corners @ axes.T),
@@ -67,7 +70,7 @@ class PlaneExtents(Bounds):
             concave_outline=tuple(
                 tuple(primitive.point + ring @ even @ frame for ring in rings) for rings in pieces
             ),
-            concave_area=sum(_area(ring) for rings in pieces for ring in rings),
+            concave_area=hollow,
             center=primitive.point + middle @ frame,
             length=float(size[0]),
             width=float(size[1]),
