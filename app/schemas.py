@@ -126,15 +126,18 @@ class PlaneExtents(Bounds):
 
 
 class SphereExtents(Bounds):
-    """The smallest cap about the points on a sphere."""
+    """The smallest cap about the points on a sphere; of a zone without a smaller one about its pole."""
 
     kind: Literal["sphere"]
     axis: Vector = Field(description="from the centre to the middle of the cap; z of a full sphere")
     half_angle: float = Field(description="between axis and rim, seen from the centre, radians, up to pi")
+    start_half_angle: float = Field(description="of a zone, between axis and inner rim, radians; 0 of a cap")
     full_sphere: bool
-    height: float = Field(description="of the cap along its axis")
+    height: float = Field(description="of the cap or zone along its axis")
     rim_center: Vector
     rim_radius: float
+    start_rim_center: Vector = Field(description="of the circle where a zone begins; the pole of a cap")
+    start_rim_radius: float
 
 
 class CylinderExtents(Bounds, Arc):

@@ -72,7 +72,7 @@ class Patch:
             case Cone():
                 return self.v[0] == 0.0, False
             case Sphere():
-                return self.v[0] == -np.pi / 2.0, True
+                return self.v[0] == -np.pi / 2.0, self.v[1] == np.pi / 2.0
         return False, False
 
     @property
@@ -119,11 +119,10 @@ def patch_of(primitive: Primitive, extents: Bounds) -> Patch | Pieces:
             return extents.concave_outline
         case Sphere(), SphereExtents():
             lowest = -np.pi / 2.0 if extents.full_sphere else np.pi / 2.0 - extents.half_angle
+            v = (lowest, np.pi / 2.0 - extents.start_half_angle)
             reference = basis(extents.axis)[0]
             turn = (0.0, 2.0 * np.pi)
-            return Patch(
-                primitive, primitive.center, extents.axis, reference, turn, (lowest, np.pi / 2), True
-            )
+            return Patch(primitive, primitive.center, extents.axis, reference, turn, v, True)
         case Cylinder(), CylinderExtents():
             _, _, ends = around_axis(np.stack([extents.start, extents.end]), primitive.point, primitive.axis)
             origin, v = primitive.point, (float(ends[0]), float(ends[1]))

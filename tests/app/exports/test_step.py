@@ -21,6 +21,7 @@ PIECES: dict[str, tuple[Primitive, tuple[float, float], tuple[float, float]]] = 
     "plane": (Plane(AXIS, HERE), (-4.0, 5.0), (-2.0, 3.0)),
     "sphere cap": (Sphere(HERE, 15.0), (0.0, TURN), (0.0, 1.0)),
     "large cap": (Sphere(HERE, 15.0), (0.0, TURN), (0.0, 2.2)),
+    "zone": (Sphere(HERE, 15.0), (0.0, TURN), (0.4, 2.2)),
     "full sphere": (Sphere(HERE, 15.0), (0.0, TURN), (0.0, np.pi)),
     "half pipe": (Cylinder(AXIS, HERE, 8.0), (2.0, 5.0), (-7.0, 11.0)),
     "pipe": (Cylinder(AXIS, HERE, 8.0), (0.0, TURN), (-7.0, 11.0)),
