@@ -40,6 +40,8 @@ BENDS = 0.5
 """The outline may move by so many spacings while corners are left out."""
 
 MOST_CORNERS = 1000
+COARSE = 2.0
+"""For fewer corners the outline may move farther; over so many spacings, the smaller rings are left out."""
 
 ALL_APART = np.array([1.0, np.sqrt(2.0)])
 """Only repeated points are at the same place along this direction."""
@@ -151,10 +153,10 @@ def _bounded(edges: Array) -> list[Any]:
 
 
 def _large(parts: Iterable[Any], smallest: float) -> Any:
-    """The polygons of at least an area, without their smaller holes, as one shape."""
+    """The polygons as one shape, without pieces and holes whose rings are around less than an area."""
     import shapely
 
-    pieces = [piece for piece in parts if piece.area >= smallest]
+    pieces = [piece for piece in parts if _area(piece.exterior) >= smallest]
     filled = [
         shapely.Polygon(piece.exterior, [ring for ring in piece.interiors if _area(ring) >= smallest])
         for piece in pieces
@@ -189,8 +191,12 @@ def _tidied(shape: Any, near: _Near, blur: float) -> Any:
     move = (shape.area - plain.area) / plain.length + _outward(shape, near, blur)
     tidy = _large(shapely.get_parts(shapely.buffer(plain, move, join_style="mitre")), smallest)
     while shapely.get_num_coordinates(tidy) > MOST_CORNERS:
-        tolerance, smallest = 2.0 * tolerance, 4.0 * smallest
-        tidy = _large(shapely.get_parts(shapely.simplify(tidy, tolerance)), smallest)
+        tolerance *= 2.0
+        tidy = shapely.simplify(tidy, tolerance)
+        if tolerance > COARSE * spacing:
+            parts = shapely.get_parts(tidy)
+            areas = [_area(ring) for part in parts for ring in (part.exterior, *part.interiors)]
+            tidy = _large(parts, float(np.median(areas)))
     return tidy
 
 
