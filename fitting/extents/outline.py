@@ -15,14 +15,17 @@ from scipy.ndimage import maximum_filter
 from scipy.spatial import Delaunay
 
 from fitting.extents.grid import Grid, around
-from fitting.extents.spread import BLURRED, CHANCE, FEWEST, MOST_STRAY, POINTS_A_CELL
+from fitting.extents.spread import BLURRED, CHANCE, FEWEST, MOST_STRAY
 from fitting.geometry import TINY, Array
 
 Rings = tuple[Array, ...]
 """A piece: its outer ring (K, 2), counter-clockwise, and its holes, clockwise; no corner is repeated."""
 
-FEWEST_AROUND = 5
-"""Points in a cell and its eight neighbours; where there are fewer (45 is usual), they are stray."""
+IN_A_CELL = 7
+"""Cells hold so many points on average; of random points 0.1 % of the cells are empty."""
+
+FEWEST_AROUND = 7
+"""Points in a cell and its eight neighbours; where there are fewer (63 is usual), they are stray."""
 
 FINEST = 8.0
 """Where much of the rectangle is empty the cells are smaller, by this factor at most."""
@@ -53,8 +56,8 @@ class _Near:
 
     Attributes
     ----------
-    points : (M, 2) those near an edge, then the middles of the full cells next to them
-    spacing : (M,) local one of the points, 0 of the middles
+    points : (M, 2) those near an edge, then one of each of the cells next to them, in the midst of others
+    spacing : (M,) local one of the points, 0 in the midst of others
     mean_spacing : of all the points
     edge : (E, 2) points that are looked at for noise: a cell farther in than those near an edge
     """
@@ -89,7 +92,7 @@ def concave(points: Array, corners: Array, blur: float) -> tuple[Rings, ...]:
 def _near(points: Array) -> _Near:
     low = points.min(axis=0)
     size = points.max(axis=0) - low
-    side = float(np.sqrt(POINTS_A_CELL * size.prod() / len(points)))
+    side = float(np.sqrt(IN_A_CELL * size.prod() / len(points)))
     grid = Grid.of(points, low, size, side)
     taken = np.count_nonzero(grid.counts) / grid.counts.size
     if taken < 0.5:
@@ -101,13 +104,14 @@ def _near(points: Array) -> _Near:
     within = around(full.astype(np.intp)) == 9
     dense = counts >= FEWEST_AROUND
     chosen = (dense & ~full).ravel()[grid.taken]
-    middles = grid.centers(full & ~within)
+    beside = np.flatnonzero((full & ~within).ravel()[grid.taken])
+    beside = beside[np.unique(grid.taken[beside], return_index=True)[1]]
     # Of the windows about a cell the fullest one is not cut by an edge.
     fullest = maximum_filter(counts, size=3, mode="constant").ravel()[grid.taken[chosen]]
     spacing = np.maximum(np.sqrt(9.0 * cell / fullest), mean_spacing)
     return _Near(
-        points=np.concatenate([points[chosen], middles]),
-        spacing=np.concatenate([spacing, np.zeros(len(middles))]),
+        points=np.concatenate([points[chosen], points[beside]]),
+        spacing=np.concatenate([spacing, np.zeros(len(beside))]),
         mean_spacing=mean_spacing,
         edge=points[(dense & ~within).ravel()[grid.taken]],
     )
@@ -123,12 +127,7 @@ def _triangulated(near: _Near, reach: float, most: int) -> Any:
     if len(near.points) < 3:
         return shapely.Polygon()
     mesh = Delaunay(near.points)
-    corners, spacing = near.points[mesh.simplices], near.spacing[mesh.simplices]
-    edges = corners - corners[:, [1, 2, 0]]
-    longest = np.sqrt(np.einsum("tki,tki->tk", edges, edges).max(axis=1))
-    needed = np.where(
-        (spacing == 0.0).any(axis=1), 0.0, longest / np.maximum(np.sort(spacing, axis=1)[:, 1], TINY)
-    )
+    needed = _needed(near, mesh.simplices)
     beyond = mesh.neighbors
     while True:
         kept = needed <= reach
@@ -140,6 +139,16 @@ def _triangulated(near: _Near, reach: float, most: int) -> Any:
         if out <= most or kept.all():
             return shape
         reach *= WIDER
+
+
+def _needed(near: _Near, triangles: np.ndarray) -> Array:
+    """The longest edge of each triangle in local spacings, of its corners the median; 0 in the midst."""
+    x, y = near.points.T[:, triangles.T]
+    square = (x - x[[1, 2, 0]]) ** 2 + (y - y[[1, 2, 0]]) ** 2
+    longest = np.sqrt(np.maximum(np.maximum(square[0], square[1]), square[2]))
+    a, b, c = near.spacing[triangles.T]
+    median = np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))
+    return np.where(np.minimum(np.minimum(a, b), c) == 0.0, 0.0, longest / np.maximum(median, TINY))
 
 
 def _bounded(edges: Array) -> list[Any]:

@@ -85,8 +85,8 @@ def _outlined(flat: Array) -> tuple[Array, Array]:
     while True:
         corners = ConvexHull(kept).vertices
         reach = REACH * np.sqrt(_area(kept[corners]) / len(kept))
-        near = np.count_nonzero(cdist(kept[corners], kept, "sqeuclidean") <= reach**2, axis=1) - 1
-        stray = corners[near < NEIGHBOURS]
+        close = cdist(kept[corners], kept, "sqeuclidean") <= reach**2
+        stray = corners[[np.count_nonzero(row) - 1 < NEIGHBOURS for row in close]]
         dropped += len(stray)
         if len(stray) == 0 or dropped > len(flat) // MOST_STRAY:
             return kept, kept[corners]

@@ -44,7 +44,10 @@ def ends(values: Array, blur: tuple[float, float] = (0.0, 0.0)) -> tuple[float, 
     ----------
     blur : standard deviation of the noise in the values at the lower and at the upper end
     """
-    ordered = np.sort(values)
+    return _ends(np.sort(values), blur)
+
+
+def _ends(ordered: Array, blur: tuple[float, float]) -> tuple[float, float]:
     return _first(ordered, blur[0]), -_first(-ordered[::-1], blur[1])
 
 
@@ -92,7 +95,9 @@ def turn(angles: Array, blur: float = 0.0, evenness: float = 1.0) -> tuple[float
 
 def _arc(circle: Array, cut: float, blur: float) -> tuple[float, float]:
     """Start and span of sorted angles seen from a place where there are none."""
-    low, high = ends(np.mod(circle - cut, 2.0 * np.pi), (blur, blur))
+    first = int(np.searchsorted(circle, cut))
+    ordered = np.concatenate([circle[first:] - cut, circle[:first] - cut + 2.0 * np.pi])
+    low, high = _ends(ordered, (blur, blur))
     return low + cut, high - low
 
 
