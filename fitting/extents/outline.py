@@ -46,8 +46,8 @@ MOST_CORNERS = 1000
 COARSE = 2.0
 """For fewer corners the outline may move farther; over so many spacings, the smaller rings are left out."""
 
-ALL_APART = np.array([1.0, np.sqrt(2.0)])
-"""Only repeated points are at the same place along this direction."""
+IRRATIONAL = np.sqrt([2.0, 3.0])
+"""Along it only repeated points are at the same place, and its multiples leave evenly spread fractions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +56,8 @@ class _Near:
 
     Attributes
     ----------
-    points : (M, 2) those near an edge, then one of each of the cells next to them, in the midst of others
-    spacing : (M,) local one of the points, 0 in the midst of others
+    points : (M, 2) those near an edge, then about the middles of the full cells next to them
+    spacing : (M,) local one of the points, 0 of the middles
     mean_spacing : of all the points
     edge : (E, 2) points that are looked at for noise: a cell farther in than those near an edge
     """
@@ -77,7 +77,7 @@ def concave(points: Array, corners: Array, blur: float) -> tuple[Rings, ...]:
     corners : (K, 2) of their convex outline, counter-clockwise
     blur : standard deviation of their noise
     """
-    once = np.unique(points @ ALL_APART, return_index=True)[1]
+    once = np.unique(points @ IRRATIONAL, return_index=True)[1]
     points = points if len(once) == len(points) else points[np.sort(once)]
     if len(points) < FEWEST:
         return ()
@@ -104,14 +104,15 @@ def _near(points: Array) -> _Near:
     within = around(full.astype(np.intp)) == 9
     dense = counts >= FEWEST_AROUND
     chosen = (dense & ~full).ravel()[grid.taken]
-    beside = np.flatnonzero((full & ~within).ravel()[grid.taken])
-    beside = beside[np.unique(grid.taken[beside], return_index=True)[1]]
+    middles = grid.centers(full & ~within)
+    # Off the middles, since a triangulation takes longer where many points lie on one circle.
+    middles += grid.step * (np.mod(np.outer(np.arange(len(middles)), IRRATIONAL), 0.2) - 0.1)
     # Of the windows about a cell the fullest one is not cut by an edge.
     fullest = maximum_filter(counts, size=3, mode="constant").ravel()[grid.taken[chosen]]
     spacing = np.maximum(np.sqrt(9.0 * cell / fullest), mean_spacing)
     return _Near(
-        points=np.concatenate([points[chosen], points[beside]]),
-        spacing=np.concatenate([spacing, np.zeros(len(beside))]),
+        points=np.concatenate([points[chosen], middles]),
+        spacing=np.concatenate([spacing, np.zeros(len(middles))]),
         mean_spacing=mean_spacing,
         edge=points[(dense & ~within).ravel()[grid.taken]],
     )

@@ -22,6 +22,9 @@ MOST_STRAY = 20
 """At most one in so many points is dropped as stray."""
 
 
+OCTAGON = np.stack([np.cos(np.arange(8) * np.pi / 4.0), np.sin(np.arange(8) * np.pi / 4.0)], axis=1)
+
+
 @dataclass(frozen=True, eq=False)
 class PlaneExtents(Bounds):
     """The bounded plane; `area` and `coverage` are those of the convex outline.
@@ -56,7 +59,7 @@ class PlaneExtents(Bounds):
         kept, corners = _outlined(flat)
         even = _turned(_rectangle(corners)[0][0])
         ended = _between_ends(kept, even, blur)
-        corners = ended[ConvexHull(ended).vertices]
+        corners = ended[_hull(ended)]
         area = _area(corners)
         axes, middle, size = _rectangle(corners)
         pieces = concave(kept @ even.T, corners @ even.T, blur)
@@ -83,7 +86,7 @@ def _outlined(flat: Array) -> tuple[Array, Array]:
     """The points (M, 2) that are not stray, and the corners (K, 2) of their convex outline."""
     kept, dropped = flat, 0
     while True:
-        corners = ConvexHull(kept).vertices
+        corners = _hull(kept)
         reach = REACH * np.sqrt(_area(kept[corners]) / len(kept))
         close = cdist(kept[corners], kept, "sqeuclidean") <= reach**2
         stray = corners[[np.count_nonzero(row) - 1 < NEIGHBOURS for row in close]]
@@ -91,6 +94,20 @@ def _outlined(flat: Array) -> tuple[Array, Array]:
         if len(stray) == 0 or dropped > len(flat) // MOST_STRAY:
             return kept, kept[corners]
         kept = np.delete(kept, stray, axis=0)
+
+
+def _hull(points: Array) -> np.ndarray:
+    """Numbers of the corners of the convex hull, counter-clockwise.
+
+    Points inside the octagon of the outermost ones are left out before, as Akl and Toussaint do ("A fast
+    convex hull algorithm", Information Processing Letters 7(5), 1978).
+    """
+    octagon = points[(points @ OCTAGON.T).argmax(axis=0)]
+    along = _following(octagon) - octagon
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1)[along.any(axis=1)]
+    offset = np.einsum("ki,ki->k", octagon[along.any(axis=1)], inward)
+    outer = np.flatnonzero(~np.all(points @ inward.T > offset, axis=1) | (not along.any()))
+    return np.asarray(outer[ConvexHull(points[outer]).vertices])
 
 
 def _between_ends(points: Array, directions: Array, blur: float) -> Array:
