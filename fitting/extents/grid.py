@@ -39,8 +39,8 @@ class Grid:
         return self.low + (np.argwhere(cells) + 0.5) * self.step
 
 
-def around(values: np.ndarray) -> np.ndarray:
-    """The sum over each cell and its eight neighbours; beyond the edge there is nothing."""
+def around(values: np.ndarray, combine: np.ufunc = np.add) -> np.ndarray:
+    """The sum (or largest) over each cell and its eight neighbours; beyond the edge there is 0."""
     padded = np.pad(values, 1)
-    rows = padded[:-2] + padded[1:-1] + padded[2:]
-    return np.asarray(rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:])
+    rows = combine(combine(padded[:-2], padded[1:-1]), padded[2:])
+    return np.asarray(combine(combine(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:]))

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter
 from scipy.spatial import Delaunay
 
 from fitting.extents.grid import Grid, around
@@ -108,7 +107,7 @@ def _near(points: Array) -> _Near:
     # Off the middles, since a triangulation takes longer where many points lie on one circle.
     middles += grid.step * (np.mod(np.outer(np.arange(len(middles)), IRRATIONAL), 0.2) - 0.1)
     # Of the windows about a cell the fullest one is not cut by an edge.
-    fullest = maximum_filter(counts, size=3, mode="constant").ravel()[grid.taken[chosen]]
+    fullest = around(counts, np.maximum).ravel()[grid.taken[chosen]]
     spacing = np.maximum(np.sqrt(9.0 * cell / fullest), mean_spacing)
     return _Near(
         points=np.concatenate([points[chosen], middles]),
