@@ -111,12 +111,22 @@ def _arc(of: Mapping[str, Any], prefix: str = "") -> str:
 def _cap(of: Mapping[str, Any]) -> str:
     if of["full_sphere"]:
         return "the full sphere"
+    if of["start_half_angle"] > 0.0:
+        start, end = (math.degrees(of[name]) for name in ("start_half_angle", "half_angle"))
+        return f"a zone from {start:.5g} to {end:.5g} degrees from its axis, height {of['height']:.6g}"
     return f"a cap of half-angle {math.degrees(of['half_angle']):.5g} degrees, height {of['height']:.6g}"
+
+
+def _pieces(outline: list[list[Any]]) -> str:
+    holes = sum(len(rings) - 1 for rings in outline)
+    parts = "one piece" if len(outline) == 1 else f"{len(outline)} pieces"
+    return parts if holes == 0 else f"{parts} with {'a hole' if holes == 1 else f'{holes} holes'}"
 
 
 _SHAPES: dict[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "plane": lambda of: [
-        f"{of['length']:.6g} x {of['width']:.6g}, an outline of {len(of['outline'])} corners"
+        f"{of['length']:.6g} x {of['width']:.6g}, an outline of {len(of['outline'])} corners",
+        f"a concave outline of {_pieces(of['concave_outline'])}, area {of['concave_area']:.6g}",
     ],
     "sphere": lambda of: [_cap(of)],
     "cylinder": lambda of: [f"length {of['length']:.6g}", _arc(of)],

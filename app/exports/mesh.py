@@ -25,7 +25,7 @@ def mesh_writer(file_type: str) -> Callable[[Fitted, ExportOptions], bytes]:
     def write(fitted: Fitted, options: ExportOptions) -> bytes:
         primitive, extents = trimmed(fitted.recognition)
         patch = patch_of(primitive, extents)
-        mesh = _grid(patch, options.chord_error) if isinstance(patch, Patch) else _flat(patch, primitive)
+        mesh = _grid(patch, options.chord_error) if isinstance(patch, Patch) else flat(patch, primitive)
         said = {"kind": primitive.kind, "unit": options.unit}
         made = _scene(mesh, said) if file_type == "glb" else _trimesh(mesh, said)
         content = made.export(file_type=file_type)
@@ -53,7 +53,7 @@ def _scene(mesh: Mesh, said: dict[str, str]) -> Any:
     return scene
 
 
-def _flat(pieces: Pieces, plane: Primitive) -> Mesh:
+def flat(pieces: Pieces, plane: Primitive) -> Mesh:
     """Constrained Delaunay triangles between the corners of the rings, which stay as they are."""
     import shapely
 

@@ -3,10 +3,9 @@
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, ClassVar, Self, get_type_hints
 
-import numpy as np
-
 from fitting.geometry import Array
 from fitting.normalize import Frame
+from fitting.plain import plain
 
 
 def _length(value: float, frame: Frame) -> float:
@@ -23,12 +22,6 @@ def _place(value: Array, frame: Frame) -> Array:
 
 def _places(value: tuple[tuple[Array, ...], ...], frame: Frame) -> tuple[tuple[Array, ...], ...]:
     return tuple(tuple(_place(ring, frame) for ring in rings) for rings in value)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, tuple):
-        return [_plain(one) for one in value]
-    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 Length = Annotated[float, _length]
@@ -63,4 +56,4 @@ class Bounds:
 
     def values(self) -> dict[str, Any]:
         """Plain values for the answer, `kind` first."""
-        return {"kind": self.kind} | {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
+        return {"kind": self.kind} | {field.name: plain(getattr(self, field.name)) for field in fields(self)}

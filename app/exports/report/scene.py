@@ -6,7 +6,8 @@ from typing import Self
 import numpy as np
 
 from app.exports.fitted import Fitted
-from app.exports.patch import Patch, patch_of
+from app.exports.mesh import flat
+from app.exports.patch import Patch, Pieces, patch_of
 from fitting.extents import PlaneExtents
 from fitting.geometry import Array, basis, cross
 from fitting.primitives import Primitive, Sphere, Torus
@@ -37,7 +38,7 @@ class Surface:
 
     Attributes
     ----------
-    pieces : (M, 4, 3) corners of small quadrilaterals, or (1, K, 3) of a plane's outline
+    pieces : (M, 4, 3) corners of small quadrilaterals, or (M, 3, 3) of triangles of a plane
     normals : (M, 3) outward
     edges : polylines (K, 3) where it ends
     fine : (S, 3) samples, dense enough to hide what is behind; none of a plane, which hides nothing of note
@@ -51,10 +52,12 @@ class Surface:
     axis: Array | None
 
     @classmethod
-    def of(cls, primitive: Primitive, patch: Patch | Array) -> Self:
+    def of(cls, primitive: Primitive, patch: Patch | Pieces) -> Self:
         if not isinstance(patch, Patch):
-            normal = primitive.gradient(patch[:1])
-            return cls(patch[None], normal, (np.vstack([patch, patch[:1]]),), np.empty((0, 3)), None)
+            corners, triangles = flat(patch, primitive)
+            edges = tuple(np.vstack([ring, ring[:1]]) for rings in patch for ring in rings)
+            normals = primitive.gradient(corners[triangles[:, 0]])
+            return cls(corners[triangles], normals, edges, np.empty((0, 3)), None)
         corners = patch.at(*_lattice(patch, STRIPS, BANDS))
         quads = [corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]]
         pieces = np.stack(quads, axis=2).reshape(-1, 4, 3)
@@ -150,7 +153,7 @@ class Scene:
         return cls(points[rows], some, surface, framed, axis, front)
 
 
-def patch_in(fitted: Fitted) -> Patch | Array | None:
+def patch_in(fitted: Fitted) -> Patch | Pieces | None:
     """The trimmed surface that a report shows, or None where there is none."""
     recognition = fitted.recognition
     if recognition.status == "no_fit" or recognition.extents is None:
@@ -158,7 +161,7 @@ def patch_in(fitted: Fitted) -> Patch | Array | None:
     return patch_of(fitted.primitive, recognition.extents)
 
 
-def _directions(fitted: Fitted, patch: Patch | Array | None) -> tuple[Array, Array]:
+def _directions(fitted: Fitted, patch: Patch | Pieces | None) -> tuple[Array, Array]:
     """Which way is up and which is to the viewer: the axis, turned up, and the middle of the arc."""
     if patch is None:
         return np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])

@@ -76,10 +76,13 @@ def _extent(name: str, value: Any, unit: str) -> Iterator[tuple[object, ...]]:
         return
     if name == "outline":
         yield "outline", cell(f"{len(value)} corners"), ""
+    elif name == "concave_outline":
+        pieces, holes = len(value), sum(len(rings) - 1 for rings in value)
+        yield "concave outline", cell(f"pieces {pieces}, holes {holes}"), ""
     elif name == "coverage":
         yield "of which near points", cell(f"{value:.0%}"), ""
-    elif name == "area":
-        yield name, cell(short(value)), f"{unit}\u00b2"
+    elif name.endswith("area"):
+        yield words(name), cell(short(value)), f"{unit}\u00b2"
     elif isinstance(value, bool):
         yield words(name), cell("yes" if value else "no"), ""
     elif isinstance(value, list):

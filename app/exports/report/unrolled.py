@@ -7,7 +7,7 @@ import numpy as np
 
 from app.exports.colors import SATURATED
 from app.exports.fitted import Fitted
-from app.exports.patch import Patch
+from app.exports.patch import Patch, Pieces
 from app.exports.report.markup import Markup, element, joined
 from app.exports.report.scene import SHOWN_POINTS
 from app.exports.report.svg import color_bar, colored, dot_size, dots, picture, text, ticks
@@ -41,7 +41,7 @@ class Unrolled:
     lengths: tuple[bool, bool]
 
     @classmethod
-    def of(cls, fitted: Fitted, patch: Patch | Array, points: Array, unit: str) -> Self:
+    def of(cls, fitted: Fitted, patch: Patch | Pieces, points: Array, unit: str) -> Self:
         extents = fitted.recognition.extents
         if isinstance(extents, PlaneExtents):
             relative = points - extents.center
@@ -82,7 +82,7 @@ def _about(angle: Array, middle: float) -> Array:
     return (angle - middle + np.pi) % (2.0 * np.pi) - np.pi + middle
 
 
-def unrolled_map(fitted: Fitted, patch: Patch | Array, limit: float, unit: str) -> Markup:
+def unrolled_map(fitted: Fitted, patch: Patch | Pieces, limit: float, unit: str) -> Markup:
     """The residuals of the inliers, with axes and the colours: points where they are few, else cells."""
     inlier = fitted.residuals.inlier
     points, distance = fitted.points[inlier], fitted.residuals.distance[inlier]

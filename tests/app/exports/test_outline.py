@@ -24,9 +24,13 @@ def _pieces() -> Array:
     return at[(at[:, 0] < 0.3) | (at[:, 0] > 0.5)]
 
 
-def recognised(name: str) -> Recognition:
+def _points(name: str) -> Array:
     at = _pieces() if name == "two pieces" else patch(name, 5000)
-    found = recognize(PLANE.surface(40.0 * at[:, 0], 40.0 * at[:, 1]), Config(kinds=("plane",)))
+    return PLANE.surface(40.0 * at[:, 0], 40.0 * at[:, 1])
+
+
+def recognised(name: str) -> Recognition:
+    found = recognize(_points(name), Config(kinds=("plane",)))
     assert found.status == "fitted" and found.extents
     return found
 
@@ -59,3 +63,10 @@ def test_meshes_keep_the_corners_of_the_outline(name: str) -> None:
     corners = np.concatenate([ring for rings in recognition.extents.concave_outline for ring in rings])
     np.testing.assert_allclose(mesh.vertices, corners, atol=1e-5)
     assert (mesh.face_normals @ recognition.primitive.gradient(corners[:1])[0]).min() > 0.999
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("ring", "pieces 1, holes 1"), ("two pieces", "pieces 2, holes 0")]
+)
+def test_reports_say_the_pieces_and_the_holes(name: str, said: str) -> None:
+    assert said in export(recognised(name), "report", _points(name)).decode()
