@@ -1,5 +1,6 @@
 """The part of a sphere that holds points: the smallest cap about them, a zone, or all of it."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -169,11 +170,12 @@ def _start(directions: Array) -> Array:
 
 def _tightened(axis: Array, directions: Array) -> Array:
     """The axis of the smallest cap near that of a given one, moved while the cap becomes smaller."""
-    step, lowest = LARGEST_STEP, float((directions @ axis).min())
+    across = np.ascontiguousarray(directions.T)
+    step, lowest = LARGEST_STEP, float((axis @ across).min())
     while step > SMALLEST_STEP:
-        tried = np.cos(step) * axis + np.sin(step) * (WAYS @ np.array(basis(axis)))
-        reached = (tried @ directions.T).min(axis=1)
-        best = int(np.argmax(reached))
+        tried = math.cos(step) * axis + math.sin(step) * (WAYS @ np.array(basis(axis)))
+        reached = (tried @ across).min(axis=1)
+        best = int(reached.argmax())
         if reached[best] > lowest:
             axis, lowest = tried[best], float(reached[best])
         else:
