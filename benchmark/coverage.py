@@ -23,7 +23,7 @@ from fitting.coverage import arcs_of
 from fitting.geometry import Array
 from fitting.intervals import spread
 from fitting.normalize import Frame
-from fitting.primitives import KINDS, Primitive
+from fitting.primitives import KINDS, Cone, Primitive, Torus
 from fitting.recognize import recognize
 from fitting.refine import linearize
 from fitting.uncertainty import Uncertainty
@@ -32,9 +32,13 @@ from synthetic import cloud
 from synthetic.recipes import Range
 from synthetic.scanner import log_uniform
 
-LAWS = ("independent", "uneven", "correlated", "arcs", "few")
+LAWS = ("independent", "uneven", "correlated", "arcs", "correlated_arcs", "few")
+ARCS = ("arcs", "correlated_arcs")
 NOISE, ARC_NOISE = Range(1e-4, 3e-3), Range(3e-4, 1e-2)
-"""Shares of the extent, log-uniform; the second of `arcs`."""
+"""Shares of the extent, log-uniform; the second of `ARCS`."""
+THICK, THIN_SHARE = 0.1, 0.1
+"""Noise is at most this share of the radius that this share of the points is below: a needle that is as thin
+as its noise has no inside and outside to be told."""
 POINTS = Range(1000.0, 1000.0)
 WAVES = 200
 LENGTH = Range(0.02, 0.05)
@@ -82,7 +86,7 @@ class Outcome:
 def scene(law: str, kind: str, seed: int, index: int) -> Scene:
     """Cloud `index` of a law and a kind."""
     rng = np.random.default_rng([seed, index, KINDS.index(kind), LAWS.index(law), 8])
-    arc = rng.uniform(30.0, 60.0) if law == "arcs" else rng.uniform(60.0, 360.0)
+    arc = rng.uniform(30.0, 60.0) if law in ARCS else rng.uniform(60.0, 360.0)
     recipe = replace(
         SCAN,
         seed=seed,
@@ -100,15 +104,26 @@ def scene(law: str, kind: str, seed: int, index: int) -> Scene:
         dof = drawn.primitive.dof
         points = points[rng.permutation(len(points))[: rng.integers(dof + 2, 10 * dof)]]
     extent = diagonal(points)
-    noise = extent * log_uniform(rng, ARC_NOISE if law == "arcs" else NOISE)
+    noise = extent * log_uniform(rng, ARC_NOISE if law in ARCS else NOISE)
+    noise = min(noise, THICK * thickness(drawn.primitive, points))
     sigma, field = np.full(len(points), noise), rng.standard_normal(len(points))
     if law == "uneven":
         along = points @ rng.standard_normal(3)
         sigma = noise * LARGEST_RATIO ** ((along - along.mean()) / np.ptp(along))
-    if law == "correlated":
+    if law.startswith("correlated"):
         field = waves(rng, points / (extent * rng.uniform(LENGTH.low, LENGTH.high)))
     points = points + (sigma * field)[:, None] * drawn.primitive.gradient(points)
     return Scene(points, drawn.primitive, sigma, law)
+
+
+def thickness(truth: Primitive, feet: Array) -> float:
+    """The radius of curvature that a tenth of the points are below; infinite for a plane."""
+    if truth.kind == "plane":
+        return np.inf
+    if isinstance(truth, Cone):
+        height = (feet - truth.apex) @ truth.axis
+        return float(np.quantile(height, THIN_SHARE) * np.tan(truth.half_angle) / np.cos(truth.half_angle))
+    return float(truth.minor_radius if isinstance(truth, Torus) else truth.radius)  # type: ignore[attr-defined]
 
 
 def waves(rng: Generator, points: Array) -> Array:
@@ -201,7 +216,7 @@ def deserved(drawn: Scene, bound: Array) -> dict[str, bool | None]:
     result: dict[str, bool | None] = {
         "few_points": n < 5 * dof,
         "short_arc": None if few else _below(least, SHORT_ARC),
-        "correlated_noise": None if few else drawn.law == "correlated",
+        "correlated_noise": None if few else drawn.law.startswith("correlated"),
     }
     near_short = any(_below(arc, SHORT_ARC) is None for arc in arcs)
     result["one_sided"] = None if few or near_short else _below(min(sided, default=np.inf), HALF_TURN)
@@ -229,6 +244,6 @@ def measure(count: int, seed: int, processes: int, laws: tuple[str, ...] = LAWS)
     found: list[Outcome] = []
     with ProcessPoolExecutor(processes) as pool:
         for law in laws:
-            for kind in KINDS[law == "arcs" :]:
+            for kind in KINDS[law in ARCS :]:
                 found += pool.map(partial(outcome, law, kind, seed), range(count), chunksize=10)
     return found

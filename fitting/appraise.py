@@ -8,7 +8,7 @@ from fitting.constraints import Constraints
 from fitting.coordinates import SIZES, names_of, values_of
 from fitting.covariance import Linear, StepCovariance
 from fitting.coverage import arcs_of
-from fitting.intervals import direction_of, intervals_of, position_of
+from fitting.intervals import Profiles, direction_of, intervals_of, position_of
 from fitting.judge import Evidence
 from fitting.optimum import Optimum
 from fitting.primitives import Primitive
@@ -41,8 +41,9 @@ def uncertainty_of(
         return Uncertainty("unknown", None, names, None, {}, None, None, warnings)
     by_step, quantile = optimum.by_step(), optimum.quantile(steps)
     covariance = by_step @ steps.matrix @ by_step.T
-    intervals = intervals_of(optimum, steps, names, values_of(answer), covariance)
-    direction = direction_of(answer.kind, steps, quantile)
+    profiles = Profiles.of(optimum, steps, linear.feet)
+    intervals = intervals_of(optimum, steps, names, values_of(answer), covariance, profiles)
+    direction = direction_of(optimum, steps, quantile, profiles)
     correlation = _correlation(steps, cloud.frame.scale)
     return Uncertainty(
         noise_model="exact" if optimum.exact else "independent" if correlation is None else "correlated",

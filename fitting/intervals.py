@@ -1,21 +1,26 @@
 """95 % intervals of the numbers of an answer, and of its direction and position."""
 
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Self
+
 import numpy as np
 
-from fitting.coordinates import DIRECTIONS, SIZES
+from fitting.coordinates import DIRECTIONS, SIZES, derivative, names_of, values_of
 from fitting.covariance import StepCovariance
 from fitting.geometry import Array, basis
 from fitting.optimum import Optimum
-from fitting.primitives import Primitive
-from fitting.profile import Path, path_of
+from fitting.primitives import Cone, Primitive
+from fitting.profile import Local, profile_end
 from fitting.uncertainty import Interval, Spread
 
 CURVED = 0.05
-"""Half-width of the linearised interval of a radius or half-angle, as a share of its value, from which it is
-profiled. A radius is one over a curvature, so the second-order term is as large a share of the first."""
+"""Half-width of the linearised interval of a radius or half-angle, as a share of its value, from which all
+numbers are profiled: a radius is one over a curvature, so the second-order term is as large a share of the
+first. The same for the tip of a cone along its axis, as a share of the height at which the points begin."""
 
-FOLLOWS = 0.05
-"""Share of the variance of another number that goes with the profiled one from which it is profiled, too."""
+BEGIN = 0.05
+"""Share of the points of a cone below where they begin."""
 
 HELD = 1e-9
 """A standard deviation of this share of the largest one is rounding: the number is held."""
@@ -29,76 +34,111 @@ CIRCLES = (1.9600, 1.9625, 1.9704, 1.9842, 2.0051, 2.0359, 2.0813, 2.1460, 2.230
 the smaller over the larger one."""
 
 
+@dataclass(frozen=True, eq=False)
+class Profiles:
+    """Ends of the profiles of numbers of an optimum, each looked for from the farthest surface seen so far.
+
+    The cost there has risen by  1/2 (q s)^2 / (A^-1)_gg  for a number g, which is what noise that is
+    correlated, uneven or cut off by a kernel makes of half a squared quantile q.
+    """
+
+    optimum: Optimum
+    steps: StepCovariance
+    quantile: float
+    at_start: Local
+    seen: list[tuple[Primitive, Local]]
+
+    @classmethod
+    def of(cls, optimum: Optimum, steps: StepCovariance, feet: Array) -> Self | None:
+        """None where linearised intervals are near enough; `feet` (N, 3) of the points on the surface."""
+        quantile = optimum.quantile(steps)
+        if optimum.exact or not _is_curved(optimum, steps, quantile, feet):
+            return None
+        at_start = optimum.cost.near(optimum.primitive)
+        profiles = cls(optimum, steps, quantile, at_start, [(optimum.primitive, at_start)])
+        profiles._look_around()
+        return profiles
+
+    def _look_around(self) -> None:
+        """Ends of the sizes, and of positions along their least certain directions."""
+        names = names_of(self.optimum.primitive.kind)
+        by_step = derivative(self.optimum.primitive, self.optimum.center)
+        covariance = by_step @ self.steps.matrix @ by_step.T
+        for vector in dict.fromkeys(name.split(".")[0] for name in names):
+            places = [i for i, name in enumerate(names) if name.split(".")[0] == vector]
+            if vector not in DIRECTIONS and covariance[places, places].max() > 0.0:
+                weights = np.zeros(len(names))
+                weights[places] = np.linalg.eigh(covariance[np.ix_(places, places)])[1][:, -1]
+                self.ends(weights)
+
+    def ends(self, weights: Array) -> list[Primitive | None]:
+        """Where a sum of the numbers with these weights (P,) is least, and largest; None for an open end."""
+        row = self._gradient(weights, self.optimum.primitive)
+        variance, bread = float(row @ self.steps.matrix @ row), float(row @ self.steps.bread @ row)
+        cost, least = self.optimum.cost, self.at_start.cost
+        noise = max(variance / bread, self.steps.noise**2) / self.optimum.copies
+        most = least + 0.5 * self.quantile**2 * noise / cost.scale**2
+        found: list[Primitive | None] = []
+        for signed in (-weights, weights):
+            start = max(self.seen, key=partial(self._value, signed))
+            half = self.quantile * float(np.sqrt(variance))
+            end = profile_end(cost, *start, partial(self._gradient, signed), half, least, most)
+            # A number that has passed infinity has no end either.
+            if end is None or self._value(signed, end) < self._value(signed, self.seen[0]):
+                found.append(None)
+                continue
+            self.seen.append(end)
+            found.append(max(end, start, key=partial(self._value, signed))[0])
+        return found
+
+    def _value(self, weights: Array, seen: tuple[Primitive, Local]) -> float:
+        return float(weights @ values_of(seen[0].canonical(self.optimum.center)))
+
+    def _gradient(self, weights: Array, surface: Primitive) -> Array:
+        return weights @ derivative(surface, self.optimum.center)
+
+
+def _is_curved(optimum: Optimum, steps: StepCovariance, quantile: float, feet: Array) -> bool:
+    """Whether the second-order term of a number matters."""
+    names, surface = names_of(optimum.primitive.kind), optimum.primitive
+    by_step, values = derivative(surface, optimum.center), values_of(surface)
+    half = quantile * np.sqrt(np.maximum(np.sum((by_step @ steps.matrix) * by_step, axis=1), 0.0))
+    if any(half[i] > CURVED * values[i] for i, name in enumerate(names) if name in SIZES):
+        return True
+    if not isinstance(surface, Cone):
+        return False
+    along = surface.axis @ by_step[[names.index(f"apex.{letter}") for letter in "xyz"]]
+    begin = np.quantile(np.abs((feet - surface.apex) @ surface.axis), BEGIN)
+    return bool(quantile * np.sqrt(along @ steps.matrix @ along) > CURVED * begin)
+
+
 def intervals_of(
-    optimum: Optimum, steps: StepCovariance, names: tuple[str, ...], values: Array, covariance: Array
+    optimum: Optimum,
+    steps: StepCovariance,
+    names: tuple[str, ...],
+    values: Array,
+    covariance: Array,
+    profiles: Profiles | None,
 ) -> dict[str, Interval]:
     """By name, of all numbers but the components of a direction."""
     quantile = optimum.quantile(steps)
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    ends = np.stack([values - quantile * deviations, values + quantile * deviations], axis=1)
-    profiled = np.zeros(len(names), bool)
-    size = _most_curved(names, values, quantile * deviations)
-    if size is not None and not optimum.exact:
-        path = _path(optimum, steps, names[size], size, quantile)
-        ends, profiled = _along(optimum, path, size, values, covariance, quantile)
     held = deviations <= HELD * deviations.max()
     found = {}
     for i, name in enumerate(names):
         if name.split(".")[0] in DIRECTIONS:
             continue
+        value, deviation = float(values[i]), float(deviations[i])
         if held[i]:
-            found[name] = Interval(float(values[i]), float(values[i]), 0.0, "held")
-            continue
-        low, high = (float(end) if np.isfinite(end) else None for end in ends[i])
-        found[name] = Interval(low, high, float(deviations[i]), "profile" if profiled[i] else "linear")
-    return found | _at_bounds(optimum, names, values, quantile)
-
-
-def _most_curved(names: tuple[str, ...], values: Array, half: Array) -> int | None:
-    """The size whose linearised interval is the widest for its value, where that is too wide."""
-    sizes = [i for i, name in enumerate(names) if name in SIZES]
-    worst = max(sizes, key=lambda i: half[i] / values[i], default=None)
-    return None if worst is None or half[worst] <= CURVED * values[worst] else worst
-
-
-def _path(optimum: Optimum, steps: StepCovariance, name: str, place: int, quantile: float) -> Path:
-    """The profile of a size, to where the cost has risen as much as at the ends of the linearised interval.
-
-    There it has by  1/2 (q s)^2 / (A^-1)_gg,  which is what noise that is correlated, uneven or cut off by a
-    kernel makes of half a squared quantile.
-    """
-    row = optimum.by_step()[place]
-    variance, bread = row @ steps.matrix @ row, row @ steps.bread @ row
-    rise = 0.5 * quantile**2 * variance / bread / optimum.cost.scale**2 / optimum.copies
-    unit = 1.0 if name == "half_angle" else optimum.cloud.frame.scale
-    return path_of(optimum.primitive, name, float(np.sqrt(variance)) / unit, quantile, rise, optimum.cost)
-
-
-def _along(
-    optimum: Optimum, path: Path, size: int, values: Array, covariance: Array, quantile: float
-) -> tuple[Array, np.ndarray]:
-    """Ends (P, 2), infinite where they are open, and which numbers (P,) follow the profile.
-
-    A number moves with the profiled size, and what varies beside that is added in squares.
-    """
-    slope = covariance[size] / covariance[size, size]
-    together = slope * covariance[size]
-    variances = np.diag(covariance)
-    follows = together > FOLLOWS * variances
-    beside = quantile**2 * np.maximum(variances - together, 0.0)
-    moves = np.zeros((2, len(values)))
-    for side, (surface, sign) in enumerate(((path.low, -1.0), (path.high, 1.0))):
-        if surface is not None:
-            moves[side] = optimum.numbers(surface) - values
+            found[name] = Interval(value, value, 0.0, "held")
+        elif profiles is None:
+            reach = quantile * deviation
+            found[name] = Interval(value - reach, value + reach, deviation, "linear")
         else:
-            moves[side] = np.where(follows, np.copysign(np.inf, sign * slope), 0.0)
-    down = np.sqrt(np.minimum(moves.min(axis=0), 0.0) ** 2 + beside)
-    up = np.sqrt(np.maximum(moves.max(axis=0), 0.0) ** 2 + beside)
-    linear = quantile * np.sqrt(variances)
-    ends = np.stack(
-        [values - np.where(follows, down, linear), values + np.where(follows, up, linear)], axis=1
-    )
-    return ends, follows
+            ends = profiles.ends(np.eye(len(names))[i])
+            low, high = (None if end is None else float(optimum.numbers(end)[i]) for end in ends)
+            found[name] = Interval(low, high, deviation, "profile")
+    return found | _at_bounds(optimum, names, values, quantile)
 
 
 def _at_bounds(
@@ -121,9 +161,30 @@ def _at_bounds(
     return found
 
 
-def direction_of(kind: str, steps: StepCovariance, quantile: float) -> Spread | None:
-    """Of the axis or normal; a sphere has none."""
-    return None if kind == "sphere" else spread(steps.matrix[:2, :2], quantile)
+def direction_of(
+    optimum: Optimum, steps: StepCovariance, quantile: float, profiles: Profiles | None
+) -> Spread | None:
+    """Of the axis or normal; a sphere has none.
+
+    Where there are profiles it is wider by as much as the one along its larger principal direction.
+    """
+    kind = optimum.primitive.kind
+    if kind == "sphere":
+        return None
+    found = spread(steps.matrix[:2, :2], quantile)
+    if profiles is None or not found.standard_deviations[0] > 0.0:
+        return found
+    names = names_of(kind)
+    first = next(i for i, name in enumerate(names) if name.split(".")[0] in DIRECTIONS)
+    direction = optimum.primitive.row()[:3]
+    weights = np.zeros(len(names))
+    weights[first : first + 3] = np.linalg.eigh(steps.matrix[:2, :2])[1][:, -1] @ np.array(basis(direction))
+    angles = [
+        np.pi / 2 if end is None else np.arccos(min(abs(float(end.row()[:3] @ direction)), 1.0))
+        for end in profiles.ends(weights)
+    ]
+    wider = max(1.0, max(angles) / (quantile * found.standard_deviations[0]))
+    return replace(found, radius_95=wider * found.radius_95)
 
 
 def position_of(

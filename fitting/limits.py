@@ -93,20 +93,6 @@ class Limits:
                 frozen[list(SHIFTS[kind])] = True
         return cls(kind, pivot, pinned, frozen, low, high, reference, max_angle)
 
-    @classmethod
-    def free(cls, kind: str) -> Self:
-        """Limits that limit nothing."""
-        frozen, low = np.zeros(MOST_COORDINATES, bool), np.full(3, -np.inf)
-        return cls(kind, np.zeros(3), False, frozen, low, -low, None, np.inf)
-
-    def holding(self, name: str, value: float) -> Self:
-        """These limits with a radius or half-angle, in the frame, held at a value, too."""
-        component, place = NUMBERS[self.kind, name]
-        frozen, low, high = self.frozen.copy(), self.low.copy(), self.high.copy()
-        frozen[component] = True
-        low[place - 6] = high[place - 6] = value
-        return replace(self, frozen=frozen, low=low, high=high)
-
     def releasing(self, name: str) -> Self:
         """These limits without the one on a radius or half-angle."""
         component, place = NUMBERS[self.kind, name]

@@ -103,12 +103,14 @@ class Optimum:
 
     def by_step(self) -> Array:
         """Derivatives (P, dof) of the numbers of the answer, in input units, by a step."""
-        names, center = (
-            names_of(self.primitive.kind),
-            np.zeros(3) if self.limits is None else -self.limits.pivot,
-        )
+        names = names_of(self.primitive.kind)
         units = np.where([is_length(name) for name in names], self.cloud.frame.scale, 1.0)
-        return units[:, None] * derivative(self.primitive, center)
+        return units[:, None] * derivative(self.primitive, self.center)
+
+    @property
+    def center(self) -> Array:
+        """(3,) where the cloud has its origin, in the frame of the steps."""
+        return np.zeros(3) if self.limits is None else -self.limits.pivot
 
     def numbers(self, primitive: Primitive) -> Array:
         """The numbers (P,), in input units, of a surface in the frame of the steps."""

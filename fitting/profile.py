@@ -1,27 +1,41 @@
-"""How far one number of a surface may go before the points object, the others following: a profile.
+"""How far a number of a surface may go before the points object, the others following: its profile.
 
 On short arcs the interval of a radius is not symmetric: much larger ones fit nearly as well, and much
-smaller ones do not.
-Source: Bates and Watts, "Nonlinear regression analysis and its applications", 1988, section 6.1.
+smaller ones do not. An end is the farthest value of the number among all surfaces whose cost has risen by no
+more than is asked; steps lead to the farthest point of the quadratic model of the cost.
+Source: Venzon and Moolgavkar, "A method for computing profile-likelihood-based confidence intervals", Applied
+Statistics 37, 1988.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.coordinates import SIZES
 from fitting.geometry import Array
 from fitting.kernels import Kernel
 from fitting.limits import Limits
-from fitting.primitives import PRIMITIVES, Primitive
-from fitting.refine import refine
+from fitting.primitives import Primitive
+from fitting.refine import linearize, stepped
 
-ROUNDS = 12
-CLOSE = 0.01
-"""An end is found when the root of the rise of the cost is this close to what is asked, relatively."""
+ROUNDS = 24
+CLOSE = 0.02
+"""An end is found when the rise of the cost is this close to what is asked, relatively, and the next step
+moves the number by this share of its linearised half-width at most."""
+
+GROWTH, OVERSHOOT = 2.0, 0.5
+"""A step may change a size by this factor, and the cost may pass what is asked by this share of the rise."""
+
+SHORTEST = 1e-3
+"""Share of a step below which there is none."""
 
 FLATTEST = 1e-3
 """An end beyond which the curvature is this share of what was found, or an angle that close to its limits, is
 not bounded by the points."""
+
+Gradient = Callable[[Primitive], Array]
+"""The derivative (dof,) of a number by a step from a surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,78 +48,110 @@ class Cost:
     factors: Array | None
     limits: Limits | None
 
-    def of(self, primitive: Primitive) -> float:
-        distance = primitive.signed_distance(self.points)
+    def near(self, primitive: Primitive) -> "Local":
+        distance, rows = linearize(primitive, self.points)
+        free = None if self.limits is None else self.limits.free_steps(primitive.row(), primitive.dof)
+        if free is not None:
+            rows = rows @ free
         if self.factors is not None:
-            distance = self.factors * distance
-        return float(self.kernel.rho((distance / self.scale) ** 2).sum())
+            distance, rows = self.factors * distance, self.factors[:, None] * rows
+        distance, rows = distance / self.scale, rows / self.scale
+        squared = distance**2
+        weight = self.kernel.weight(squared)
+        slope, square = rows.T @ (weight * distance), rows.T @ (weight[:, None] * rows)
+        return Local(float(self.kernel.rho(squared).sum()), slope, square, free)
 
 
-@dataclass(frozen=True)
-class Path:
-    """The surfaces at the two ends of the profile of a number; None where the points do not end it."""
+@dataclass(frozen=True, eq=False)
+class Local:
+    """A cost and its quadratic model about a surface, in its k free steps: slope (k,), curvature (k, k)."""
 
-    low: Primitive | None
-    high: Primitive | None
+    cost: float
+    slope: Array
+    square: Array
+    free: Array | None
+
+    def farthest(self, gradient: Array, rise: float) -> Array | None:
+        """The step (dof,) to where a number with this gradient (dof,) is largest at so much more cost.
+
+        None where the model leaves a step open.
+        """
+        wanted = gradient if self.free is None else self.free.T @ gradient
+        sizes = np.sqrt(np.maximum(np.diag(self.square), 0.0))
+        if not np.all(sizes > 0.0):
+            return None
+        try:
+            inverse = np.linalg.inv(self.square / np.outer(sizes, sizes)) / np.outer(sizes, sizes)
+        except np.linalg.LinAlgError:
+            return None
+        least, along = -inverse @ self.slope, inverse @ wanted
+        left = rise - 0.5 * self.slope @ least
+        reach = float(wanted @ along)
+        if not reach > 0.0:
+            return None
+        step = least + np.sqrt(2.0 * max(left, 0.0) / reach) * along
+        return np.asarray(step if self.free is None else self.free @ step)
 
 
-def path_of(
-    primitive: Primitive, name: str, deviation: float, quantile: float, rise: float, cost: Cost
-) -> Path:
-    """The profile of a number to where the cost has risen.
+def profile_end(
+    cost: Cost,
+    start: Primitive,
+    at_start: Local,
+    gradient: Gradient,
+    half: float,
+    least: float,
+    most: float,
+) -> tuple[Primitive, Local] | None:
+    """The surface where a number is largest among those of at most so much cost; None where none ends it.
 
     Parameters
     ----------
-    primitive : the optimum
-    name : of the number, a radius or half-angle
-    deviation : its standard deviation by linearisation
-    quantile : of the interval, in standard deviations
-    rise : of the cost at its ends
+    cost : what is minimised
+    start, at_start : where to begin, with the model of the cost there
+    gradient : of the number; with its negative, of the other end
+    half : of the linearised interval
+    least, most : the cost at the optimum and at the ends
     """
-    follow = _Follower(primitive, name, cost)
-    step = quantile * follow.deviation(deviation)
-    ends = [_end(follow, sign * step, float(np.sqrt(rise))) for sign in (-1.0, 1.0)]
-    return Path(*(ends if name == "half_angle" else ends[::-1]))
-
-
-class _Follower:
-    """The surface by a coordinate in which its cost is nearly a parabola: 1 / r of a radius, a half-angle."""
-
-    def __init__(self, primitive: Primitive, name: str, cost: Cost) -> None:
-        self.start, self.name, self.cost = primitive, name, cost
-        self.least = cost.of(primitive)
-        value = getattr(primitive, name)
-        self.middle = value if name == "half_angle" else 1.0 / value
-        self.lowest = FLATTEST * (1.0 if name == "half_angle" else self.middle)
-        self.highest = np.pi / 2 - FLATTEST if name == "half_angle" else np.inf
-        self.limits = cost.limits or Limits.free(primitive.kind)
-
-    def deviation(self, of_number: float) -> float:
-        return of_number if self.name == "half_angle" else of_number * self.middle**2
-
-    def at(self, coordinate: float, near: Primitive) -> tuple[Primitive, float]:
-        """The best surface there, and the root of the rise of its cost."""
-        value = coordinate if self.name == "half_angle" else 1.0 / coordinate
-        limits = self.limits.holding(self.name, value)
-        kind, cost = near.kind, self.cost
-        start = PRIMITIVES[kind].from_row(limits.impose(near.row(), cost.points))
-        found = refine(start, cost.points, cost.kernel, cost.scale, factors=cost.factors, limits=limits)
-        return found.primitive, float(np.sqrt(max(found.cost - self.least, 0.0)))
-
-
-def _end(follow: _Follower, step: float, target: float) -> Primitive | None:
-    """Where the root of the rise is what is asked, by the secant method; None where it never is."""
-    near, before, reached = follow.start, follow.middle, 0.0
-    coordinate = follow.middle + step
+    surface, local, rise = start, at_start, most - least
     for _ in range(ROUNDS):
-        coordinate = min(max(coordinate, follow.lowest), follow.highest)
-        near, root = follow.at(coordinate, near)
-        if root <= (1.0 + CLOSE) * target and coordinate in (follow.lowest, follow.highest):
+        direction = gradient(surface)
+        step = local.farthest(direction, most - local.cost)
+        if step is None:
             return None
-        if abs(root - target) <= CLOSE * target:
-            return near
-        slope = (root - reached) / (coordinate - before) if coordinate != before else 0.0
-        before, reached = coordinate, root
-        move = (target - root) / slope if slope * step > 0.0 else step
-        coordinate += float(np.clip(move, -abs(step), abs(step)))
-    return near
+        if abs(local.cost - most) <= CLOSE * rise and abs(direction @ step) <= CLOSE * half:
+            return surface, local
+        moved = _moved(cost, surface, step, max(most, local.cost) + OVERSHOOT * rise)
+        if moved is None:
+            return None
+        surface, local = moved
+        if _is_flat(start, surface):
+            return None
+    return None
+
+
+def _moved(cost: Cost, surface: Primitive, step: Array, most: float) -> tuple[Primitive, Local] | None:
+    """Where the largest of some shares of a step leads that is allowed."""
+    share = 1.0
+    while share > SHORTEST:
+        there = stepped(surface, share * step)
+        if all(
+            0.0 < old / GROWTH <= new <= old * GROWTH and (name != "half_angle" or new < np.pi / 2)
+            for (name, old), (_, new) in zip(_sizes(surface), _sizes(there), strict=True)
+        ):
+            local = cost.near(there)
+            if local.cost <= most:
+                return there, local
+        share *= 0.5
+    return None
+
+
+def _is_flat(start: Primitive, surface: Primitive) -> bool:
+    """Whether a size has gone as far as sizes go."""
+    return any(
+        not FLATTEST <= new <= np.pi / 2 - FLATTEST if name == "half_angle" else new > old / FLATTEST
+        for (name, old), (_, new) in zip(_sizes(start), _sizes(surface), strict=True)
+    )
+
+
+def _sizes(primitive: Primitive) -> list[tuple[str, float]]:
+    return [(name, float(getattr(primitive, name))) for name in SIZES if hasattr(primitive, name)]

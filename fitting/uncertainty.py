@@ -18,7 +18,7 @@ class Interval:
     Attributes
     ----------
     standard_deviation : by linearisation
-    method : `linear`: symmetric; `profile`: how far a size may go before the cost rises as much, the others
+    method : `linear`: symmetric; `profile`: how far a number may go before the cost rises as much, the others
         following; `held`: by constraints; `bound`: a constraint is active, and the interval reaches from it
         as far as the points would let it go (one-sided)
     """
