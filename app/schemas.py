@@ -344,7 +344,8 @@ class Interval(BaseModel):
     standard_deviation: float = Field(description="by linearisation")
     method: Method = Field(
         description="`linear`: symmetric; `profile`: how far a number may go, the others following, before "
-        "the points object; `held`: by constraints; `bound`: from an active bound to where the points would go"
+        "the points object; `held`: by constraints; `bound`: from an active bound to where the points would "
+        "go"
     )
 
 
