@@ -102,11 +102,14 @@ def _hull(points: Array) -> np.ndarray:
     Points inside the octagon of the outermost ones are left out before, as Akl and Toussaint do ("A fast
     convex hull algorithm", Information Processing Letters 7(5), 1978).
     """
-    octagon = points[(points @ OCTAGON.T).argmax(axis=0)]
+    outermost = (points @ OCTAGON.T).argmax(axis=0)
+    octagon = points[outermost]
     along = _following(octagon) - octagon
     inward = np.stack([-along[:, 1], along[:, 0]], axis=1)[along.any(axis=1)]
     offset = np.einsum("ki,ki->k", octagon[along.any(axis=1)], inward)
-    outer = np.flatnonzero(~np.all(points @ inward.T > offset, axis=1) | (not along.any()))
+    inside = np.all(points @ inward.T > offset, axis=1) & along.any()
+    inside[outermost] = False  # whatever rounding says
+    outer = np.flatnonzero(~inside)
     return np.asarray(outer[ConvexHull(points[outer]).vertices])
 
 

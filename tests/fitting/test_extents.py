@@ -236,5 +236,19 @@ def test_few_points_do_not_fail(kind: str, n: int) -> None:
     assert found is not None and 0.0 < found.coverage <= 1.0
 
 
+def test_a_triangle_is_its_own_outline() -> None:
+    """Rounding puts a corner inside the octagon of the outermost points, which are the corners."""
+    corners = np.array(
+        [
+            [-2696.8583551327392, 2652.3217092313157, -10344.94562842277],
+            [-7199.395068888343, -1639.9115395404501, 94.10011875630147],
+            [-3201.20514849298, 5863.989091160152, -8656.255986004839],
+        ]
+    )
+    extents = recognize(corners, Config(kinds=("plane",))).extents
+    assert extents is not None
+    np.testing.assert_allclose(np.sort(extents.outline, axis=0), np.sort(corners, axis=0), rtol=1e-9)
+
+
 def test_points_on_one_line_of_a_plane_have_no_outline() -> None:
     assert extents_of(PLANE, PLANE.surface(np.linspace(0.0, 1.0, 10), np.zeros(10)), 0.0) is None
