@@ -3,7 +3,8 @@
 A cloud is what a virtual scanner sees of a piece, without its noise; the noise is put on along the normal:
 the same everywhere (`independent`), three times as large at one end as at the other (`uneven`), or a random
 field that neighbours share (`correlated`). `arcs` are 30 to 60 degrees of a turn under independent noise,
-`few` have at most ten points for a parameter. The kind is given: intervals are measured, not recognition.
+`correlated arcs` are both, `few` have at most ten points for a parameter, `minimal` have one, which deserves
+a warning and no intervals. The kind is given: intervals are measured, not recognition.
 """
 
 from collections.abc import Mapping
@@ -32,8 +33,8 @@ from synthetic import cloud
 from synthetic.recipes import Range
 from synthetic.scanner import log_uniform
 
-LAWS = ("independent", "uneven", "correlated", "arcs", "correlated_arcs", "few")
-ARCS = ("arcs", "correlated_arcs")
+LAWS = ("independent", "uneven", "correlated", "arcs", "correlated arcs", "few", "minimal")
+ARCS = ("arcs", "correlated arcs")
 NOISE, ARC_NOISE = Range(1e-4, 3e-3), Range(3e-4, 1e-2)
 """Shares of the extent, log-uniform; the second of `ARCS`."""
 THICK, THIN_SHARE = 0.1, 0.1
@@ -100,9 +101,10 @@ def scene(law: str, kind: str, seed: int, index: int) -> Scene:
     drawn = cloud(recipe, index)
     assert drawn.primitive is not None and drawn.outliers is not None
     points = feet(drawn.primitive, drawn.points[~drawn.outliers])
-    if law == "few":
+    if law in ("few", "minimal"):
         dof = drawn.primitive.dof
-        points = points[rng.permutation(len(points))[: rng.integers(dof + 2, 10 * dof)]]
+        count = dof if law == "minimal" else rng.integers(dof + 2, 10 * dof)
+        points = points[rng.permutation(len(points))[:count]]
     extent = diagonal(points)
     noise = extent * log_uniform(rng, ARC_NOISE if law in ARCS else NOISE)
     noise = min(noise, THICK * thickness(drawn.primitive, points))
@@ -141,7 +143,12 @@ def outcome(law: str, kind: str, seed: int, index: int) -> Outcome:
     drawn = scene(law, kind, seed, index)
     found = recognize(drawn.points, Config(kinds=(kind,)))
     known = found.uncertainty
-    if known is None or found.primitive is None or known.covariance is None:
+    if known is None or found.primitive is None:
+        return Outcome(law, kind, found.status, {}, {}, frozenset(), {}, False)
+    given = frozenset(warning.code for warning in known.warnings)
+    if law == "minimal":
+        return Outcome(law, kind, found.status, {}, {}, given, {"minimal_sample": True}, False)
+    if known.covariance is None:
         return Outcome(law, kind, found.status, {}, {}, frozenset(), {}, False)
     bound = cramer_rao(drawn)
     covered, relative = scored(found.primitive, known, drawn, bound)
@@ -152,7 +159,7 @@ def outcome(law: str, kind: str, seed: int, index: int) -> Outcome:
         found.status,
         covered,
         relative if law in ("independent", "arcs") and not profiled else {},
-        frozenset(warning.code for warning in known.warnings),
+        given,
         deserved(drawn, bound),
         profiled,
     )
@@ -214,6 +221,7 @@ def deserved(drawn: Scene, bound: Array) -> dict[str, bool | None]:
     sided = [arc for arc in arcs if arc >= SHORT_ARC]
     few = drawn.law == "few"
     result: dict[str, bool | None] = {
+        "minimal_sample": False,
         "few_points": n < 5 * dof,
         "short_arc": None if few else _below(least, SHORT_ARC),
         "correlated_noise": None if few else drawn.law.startswith("correlated"),
