@@ -112,7 +112,6 @@ async def _fitted(request: Request, export: bool) -> Response:
     if reply is None:
         raise ClientDisconnect
     request.state.facts |= reply.facts
-    request.app.state.metrics.fitted(reply.facts)
     seconds |= reply.seconds | {"total": perf_counter() - started}
     timing = ", ".join(f"{name};dur={1000 * value:.1f}" for name, value in seconds.items())
     headers = {**reply.headers, "Server-Timing": timing}

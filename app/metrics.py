@@ -68,24 +68,17 @@ class Metrics:
         self.registry.register(_Pool(pool))
 
     def requested(self, route: str, status: int, seconds: float, facts: Mapping[str, Any]) -> None:
-        """Count a request that was answered."""
+        """Count a request that was answered, and the cloud that its facts are of, if one was fitted."""
         self._requests.labels(route, str(status)).observe(seconds)
         self._received.labels(route).inc(facts["received_bytes"])
         if facts.get("client") is not None:
             self._clients.labels(facts["client"]).inc()
-        self._refused(facts)
+        self.answered(facts)
 
     def answered(self, facts: Mapping[str, Any]) -> None:
-        """Count an item of a batch, fitted or refused."""
-        self._refused(facts)
-        self.fitted(facts)
-
-    def _refused(self, facts: Mapping[str, Any]) -> None:
+        """Count a cloud, fitted or refused, by the facts that its worker handed back."""
         if "problem" in facts:
             self._problems.labels(facts["problem"]).inc()
-
-    def fitted(self, facts: Mapping[str, Any]) -> None:
-        """Count a cloud, by the facts that its worker handed back; one that was refused is not fitted."""
         if "fit_status" not in facts:
             return
         kind = facts["fit_kind"] or "none"

@@ -152,7 +152,7 @@ def test_a_worker_started_again_is_counted(guarded_service: Any) -> None:
 
 def test_each_application_counts_for_itself() -> None:
     one, other = Metrics(), Metrics()
-    one.fitted({"fit_status": "no_fit", "fit_kind": None, "n_points": 3, "attempts": 0, "fit_seconds": 0.1})
+    one.answered({"fit_status": "no_fit", "fit_kind": None, "n_points": 3, "attempts": 0, "fit_seconds": 0.1})
     assert b'primfit_answers_total{kind="none",status="no_fit"} 1.0' in one.text()
     assert b"primfit_backtracks_total 0.0" in one.text()
     assert b"primfit_answers_total{" not in other.text()
