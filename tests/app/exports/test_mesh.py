@@ -47,11 +47,12 @@ def test_a_smaller_chord_error_makes_more_triangles() -> None:
     assert fine.volume == pytest.approx(2 * np.pi**2 * 20 * 6**2, rel=2e-3)
 
 
-def test_a_glb_far_from_the_origin_keeps_its_digits() -> None:
+@pytest.mark.parametrize("file_type", ["glb", "obj", "ply"])
+def test_a_mesh_far_from_the_origin_keeps_its_digits(file_type: str) -> None:
     here = recognised("full sphere")
     assert isinstance(here.primitive, Sphere) and here.extents
     far = Frame(np.array([6e6, 5e5, 400.0]), 1.0)
     moved = replace(here, primitive=far.restore(here.primitive), extents=here.extents.restored(far))
-    mesh = _loaded(export(moved, "glb"), "glb")
+    mesh = _loaded(export(moved, file_type), file_type)
     assert np.abs(moved.primitive.signed_distance(np.array(mesh.vertices))).max() < 1e-5
     assert mesh.is_watertight
