@@ -184,7 +184,7 @@ def fit(
     named |= {"shrec22": shrec22, "residuals_npy": residuals_npy, "residuals_csv": residuals_csv}
     named |= {"residuals_ply": residuals_ply, "residuals_las": residuals_las, "form": form, "report": report}
     exports = {name: file for name, file in named.items() if file is not None}
-    export_options = _export_options(files, labels, unit, chord_error) if exports else None
+    export_options = _export_options(files, labels, exports, unit, chord_error) if exports else None
     console = Console(highlight=False)
     worst = 0
     for name, item, found in _answers(files, options, labels):
@@ -217,7 +217,9 @@ def _answers(files: list[str], options: dict[str, Any], labels: str | None) -> I
         yield source.title, source.item, answer if isinstance(answer, Problem) else (None, answer)
 
 
-def _export_options(files: list[str], labels: str | None, unit: str, chord_error: float) -> "ExportOptions":
+def _export_options(
+    files: list[str], labels: str | None, exports: dict[str, Path], unit: str, chord_error: float
+) -> "ExportOptions":
     """Refuse what cannot be exported before anything is fitted."""
     from app.exports import ExportOptions
     from fitting.errors import InvalidOptionError
@@ -226,6 +228,12 @@ def _export_options(files: list[str], labels: str | None, unit: str, chord_error
         several = "the segments of a file" if labels else str(len(files))
         _complain("fit", f"exports are written of one FILE, not of {several}")
         raise typer.Exit(BAD_INPUT)
+    taken = {Path(files[0]).resolve(): "the input"}
+    for format, file in exports.items():
+        if file.resolve() in taken:
+            _complain(str(file), f"the export {format} would overwrite {taken[file.resolve()]}")
+            raise typer.Exit(BAD_INPUT)
+        taken[file.resolve()] = f"the export {format}"
     try:
         return ExportOptions(unit, chord_error)  # type: ignore[arg-type]
     except InvalidOptionError as error:

@@ -100,6 +100,19 @@ def test_the_command_line_says_what_it_cannot_write(tmp_path: Path) -> None:
     assert "not written: " in complaint(tmp_path / "flat.csv", "--kind", "torus", "--step", tmp_path / "a")
 
 
+def test_the_command_line_overwrites_neither_its_input_nor_another_export(tmp_path: Path) -> None:
+    cloud, wanted = tmp_path / "cloud.csv", tmp_path / "wanted"
+    cloud.write_bytes(CSV.read_bytes())
+    for words, lost in (
+        (["--report", cloud], "the input"),
+        (["--step", wanted, "--glb", wanted], "the export step"),
+    ):
+        result = CliRunner().invoke(app, ["fit", str(cloud), *map(str, words)])
+        assert result.exit_code == 2 and not result.stdout
+        assert f"would overwrite {lost}" in result.stderr
+    assert cloud.read_bytes() == CSV.read_bytes() and not wanted.exists()
+
+
 def test_unknown_formats_are_refused() -> None:
     recognition = primfit.fit(np.loadtxt(CSV, delimiter=",", skiprows=2))
     with pytest.raises(primfit.InvalidOptionError, match=r"allowed are step, .*report"):
