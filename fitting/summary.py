@@ -11,6 +11,7 @@ SYMMETRIC = 0.05
 """Relative difference of the two halves of an interval up to which it is shown as one half-width."""
 
 _LABEL_WIDTH = 14
+_COLUMN = 16
 
 
 def summary(answer: Mapping[str, Any]) -> str:
@@ -57,16 +58,15 @@ def _parameters(primitive: Mapping[str, Any], label: str, known: Mapping[str, An
             continue
         if not isinstance(value, list):
             unit = f" rad = {_plain(math.degrees(value))} degrees" if name == "half_angle" else ""
-            yield worded(name), _aligned(_plain(value)) + _within(value, intervals.get(name)) + unit
+            interval = intervals.get(name)
+            yield worded(name), _aligned(_known_to(value, interval)) + _within(value, interval) + unit
             continue
-        numbers = "".join(_aligned(_plain(each)) for each in value)
+        each_interval = [intervals.get(f"{name}.{axis}") for axis in "xyz"]
+        numbers = "".join(map(_aligned, map(_known_to, value, each_interval)))
         if known is not None and known["direction"] is not None and name in ("axis", "normal"):
             numbers += f"  ± {math.degrees(known['direction']['radius_95']):.2g} degrees"
         yield worded(name), numbers
-        halves = [
-            _half_width(each, intervals.get(f"{name}.{axis}"))
-            for each, axis in zip(value, "xyz", strict=True)
-        ]
+        halves = list(map(_half_width, value, each_interval))
         if any(halves):
             yield "", "".join(_aligned(half) for half in halves)
     if known is not None and known["position"] is not None:
@@ -76,9 +76,11 @@ def _parameters(primitive: Mapping[str, Any], label: str, known: Mapping[str, An
 
 
 def _half_width(value: float, interval: Mapping[str, Any] | None) -> str:
-    """The longer half of an interval; nothing where the value is held, or an end is open."""
-    if interval is None or interval["method"] == "held" or None in (interval["low"], interval["high"]):
+    """The longer half of an interval, or that an end is open; nothing where the value is held."""
+    if interval is None or interval["method"] == "held":
         return ""
+    if None in (interval["low"], interval["high"]):
+        return "open"
     return f"± {max(value - interval['low'], interval['high'] - value):.2g}"
 
 
@@ -88,8 +90,10 @@ def _within(value: float, interval: Mapping[str, Any] | None) -> str:
         return ""
     low, high = interval["low"], interval["high"]
     if low is None or high is None:
-        ends = [f"{word} {_plain(end)}" for word, end in (("from", low), ("to", high)) if end is not None]
-        return "  " + (" ".join(ends) or "not bounded by the points")
+        ends = [
+            f"{word} {_plain(end)}" for word, end in (("at least", low), ("at most", high)) if end is not None
+        ]
+        return "  " + ("".join(ends) or "not bounded by the points")
     below, above = value - low, high - value
     if abs(above - below) <= SYMMETRIC * max(above, below):
         return f"  {_half_width(value, interval)}"
@@ -157,5 +161,15 @@ def _plain(value: float) -> str:
     return f"{value:.9g}"
 
 
+def _known_to(value: float, interval: Mapping[str, Any] | None) -> str:
+    """With two digits of its standard deviation, far from the origin too, as long as a column holds them."""
+    deviation = 0.0 if interval is None else interval["standard_deviation"]
+    if not value or not deviation:
+        return _plain(value)
+    digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(deviation)) + 2
+    fitting = (f"{value:.{n}g}" for n in range(min(digits, 17), 9, -1))
+    return next((text for text in fitting if len(text) < _COLUMN), _plain(value))
+
+
 def _aligned(text: str) -> str:
-    return f"{text:>16}"
+    return f"{text:>{_COLUMN}}"

@@ -47,7 +47,7 @@ def test_a_terminal_shows_intervals_and_warnings(tmp_path: Path) -> None:
 def test_an_end_that_is_open_is_said(tmp_path: Path) -> None:
     body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})
     body["uncertainty"]["intervals"]["radius"].update(high=None)
-    assert re.search(r"radius +49\.\d+  from 49", shown("pipe.csv", body))
+    assert re.search(r"radius +49\.\d+  at least 49", shown("pipe.csv", body))
 
 
 def test_no_uncertainty_is_null(tmp_path: Path) -> None:

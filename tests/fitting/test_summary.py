@@ -7,6 +7,7 @@ import pytest
 
 from fitting.config import Config
 from fitting.recognize import recognize
+from fitting.summary import summary
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 
 
@@ -39,6 +40,24 @@ def test_a_short_arc_is_shown_by_its_ends_and_what_is_held_without() -> None:
     ends = next(line.split() for line in text.splitlines() if line.startswith("radius"))
     assert ends[3] == "to" and float(ends[2]) < float(ends[1]) < float(ends[4])
     assert "\nwarning       the points cover an arc of " in text
+
+
+def test_far_from_the_origin_a_print_keeps_the_digits_that_are_known() -> None:
+    points = noisy(EXAMPLES["sphere"], 300, 1e-4) + np.array([450_000.0, 5_400_000.0, 0.0])
+    recognition = recognize(points, Config(kinds=("sphere",)))
+    line = next(line for line in str(recognition).splitlines() if line.startswith("center"))
+    assert recognition.primitive is not None
+    shown = np.array(line.split()[1:], dtype=float)
+    np.testing.assert_allclose(shown, recognition.primitive.center, rtol=0.0, atol=1e-6)
+
+
+def test_a_coordinate_that_the_points_do_not_bound_is_said_to_be_open() -> None:
+    answer = recognize(noisy(EXAMPLES["sphere"], 50, 0.01), Config(kinds=("sphere",))).to_dict()
+    answer["uncertainty"]["intervals"]["center.x"]["high"] = None
+    answer["uncertainty"]["intervals"]["radius"]["low"] = None
+    lines = summary(answer).splitlines()
+    assert lines[3].split()[0] == "open" and lines[3].count("±") == 2
+    assert "  at most " in lines[4]
 
 
 def test_a_cloud_without_an_answer_prints_the_best_try() -> None:

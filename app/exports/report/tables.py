@@ -67,11 +67,14 @@ def _direction(name: str, known: Uncertainty | None) -> tuple[float | None, str]
 def extents_table(recognition: Recognition, unit: str) -> Markup:
     """Where the primitive begins and ends; angles in degrees."""
     assert recognition.extents
-    rows = [row for name, value in recognition.extents.values().items() for row in _extent(name, value, unit)]
+    values = recognition.extents.values()
+    size = math.sqrt(values["area"])
+    rows = [row for name, value in values.items() for row in _extent(name, value, unit, size)]
     return table(rows, ("", column("value"), ""))
 
 
-def _extent(name: str, value: Any, unit: str) -> Iterator[tuple[object, ...]]:
+def _extent(name: str, value: Any, unit: str, size: float) -> Iterator[tuple[object, ...]]:
+    """Rows for a field; places in six digits of the size, however far from the origin they are."""
     if name == "kind":
         return
     if name == "outline":
@@ -86,8 +89,10 @@ def _extent(name: str, value: Any, unit: str) -> Iterator[tuple[object, ...]]:
     elif isinstance(value, bool):
         yield words(name), cell("yes" if value else "no"), ""
     elif isinstance(value, list):
-        of = "" if "direction" in name or name == "axis" else unit
-        yield words(name), cell(", ".join(f"{number:.6g}" for number in value)), of
+        if "direction" in name or name == "axis":
+            yield words(name), cell(", ".join(f"{number:.6g}" for number in value)), ""
+        else:
+            yield words(name), cell(", ".join(known_to(number, 1e-4 * size) for number in value)), unit
     elif "angle" in name or name.endswith("span"):
         yield words(name), cell(f"{math.degrees(value):.6g}"), "degrees"
     else:

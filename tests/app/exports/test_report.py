@@ -143,3 +143,12 @@ def test_points_of_another_cloud_are_measured_but_make_no_report() -> None:
     assert json.loads(primfit.export(recognition, "form", away))["residuals"]["inliers"] is None
     with pytest.raises(primfit.NothingToExportError, match="none of the 4000 points"):
         primfit.export(recognition, "report", away)
+
+
+def test_places_keep_their_digits_far_from_the_origin() -> None:
+    points = _points("half pipe") + np.array([450_000.0, 5_400_000.0, 0.0])
+    recognition = primfit.fit(points, kinds=["cylinder"])
+    page = _Page(primfit.export(recognition, "report", points))
+    assert recognition.extents
+    start = ", ".join(f"{number:.4f}" for number in recognition.extents.values()["start"])
+    assert start in page.texts["td"]
