@@ -14,7 +14,7 @@ from app.answer import answer, receipt, to_json, versions
 from app.engine import fit, fit_cloud
 from app.etag import etag, names
 from app.exports import Fitted, bundle
-from app.exports.request import split_query
+from app.exports.request import NAMES, split_query
 from app.multipart import split_parts
 from app.options import check_options, parse_options
 from app.problems import MEDIA_TYPE, AlreadyAnsweredError, problem
@@ -100,7 +100,7 @@ def _fit(job: FitJob) -> Reply:
     if job.coding is not None:
         body = unpack(memoryview(body), job.coding, job.limits, "body")
     cloud, beside = _read(body, job)
-    options = check_options(query, beside, cloud.options)
+    options = check_options(query, beside, cloud.options, beside=NAMES if job.export else ())
     read_at = perf_counter()
     if job.if_none_match and wanted is None:
         tag = etag(receipt(cloud, options), cloud)

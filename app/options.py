@@ -16,13 +16,16 @@ OBJECTS = ("constraints", "initial_guess")
 _TEXT_LIMIT = 64 * 1024
 
 
-def check_options(in_query: Sequence[tuple[str, str]], *in_objects: Mapping[str, Any]) -> dict[str, Any]:
+def check_options(
+    in_query: Sequence[tuple[str, str]], *in_objects: Mapping[str, Any], beside: Sequence[str] = ()
+) -> dict[str, Any]:
     """The keyword options of `engine.fit`; each is given in one place, and only `kinds` may be repeated.
 
     Parameters
     ----------
     in_query : names and values as they stand in a URL, which holds no objects
     in_objects : objects of options, as in JSON: beside a file and in it
+    beside : names in the query that somebody else has read already, to be named where one is unknown
 
     Raises
     ------
@@ -51,7 +54,7 @@ def check_options(in_query: Sequence[tuple[str, str]], *in_objects: Mapping[str,
         try:
             checked |= FitOptions.model_validate(given, strict=strict).model_dump(exclude_unset=True)
         except ValidationError as error:
-            errors += option_errors(error, prefix, ALLOWED)
+            errors += option_errors(error, prefix, ALLOWED if prefix else (*ALLOWED, *beside))
     if errors:
         raise InvalidOptionsError(errors)
     return checked

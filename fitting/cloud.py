@@ -153,25 +153,31 @@ class Cloud:
         return len(self.working) < FEW * dof
 
 
-def check_points(points: object) -> Array:
-    """The points as a finite float64 array of shape (N, 3) with three distinct ones, or an error."""
+def check_coordinates(points: object) -> Array:
+    """The points as a finite float64 array of shape (N, 3), or an error."""
     try:
         array = np.asarray(points, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InvalidPointCloudError("points cannot be read as numbers of shape (N, 3)") from error
     if array.ndim != 2 or array.shape[1] != 3:
         raise InvalidPointCloudError(f"points have shape {array.shape}; (N, 3) is needed")
-    if len(array) < 3:
-        raise InvalidPointCloudError(f"{len(array)} points given; at least 3 are needed")
     finite = np.isfinite(array).all(axis=1)
     if not finite.all():
         raise InvalidPointCloudError(
             f"{int((~finite).sum())} of {len(array)} points hold NaN or infinity; "
             f"the first is points[{int(np.argmin(finite))}]"
         )
-    largest = float(np.max(np.abs(array)))
+    largest = float(np.max(np.abs(array), initial=0.0))
     if largest > LARGEST_COORDINATE:
         raise InvalidPointCloudError(f"a coordinate is {largest:.3g}; the limit is {LARGEST_COORDINATE:.0e}")
+    return array
+
+
+def check_points(points: object) -> Array:
+    """The points as a finite float64 array of shape (N, 3) that is a cloud, or an error."""
+    array = check_coordinates(points)
+    if len(array) < 3:
+        raise InvalidPointCloudError(f"{len(array)} points given; at least 3 are needed")
     if np.all(array == array[0]):
         raise InvalidPointCloudError(f"all {len(array)} points are the same one")
     extent = float(np.max(np.ptp(array, axis=0)))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from inspect import signature
 from typing import Any
 
 from app.arrays import as_cloud, as_floats
@@ -10,13 +11,14 @@ from app.engine import config_of
 from app.exports.patch import answered
 from app.readers.cloud import Array, Cloud
 from app.segments import PER_POINT
-from fitting.cloud import check_points
+from fitting.cloud import check_coordinates, check_points
 from fitting.errors import InvalidOptionError
 from fitting.form import Form, form_of
 from fitting.primitives import Primitive, parameters
 from fitting.residuals import Residuals
 from fitting.result import Recognition
 
+OPTIONS = tuple(signature(config_of).parameters)
 COUNTS = ("weights", "standard_deviations")
 
 
@@ -72,14 +74,24 @@ def fitted_points(recognition: Recognition, points: Any, options: Mapping[str, A
     """
     if points is None:
         return Fitted(recognition)
-    arrays: dict[str, Any] = {"points": check_points(as_cloud(points)[0])}
+    coordinates = check_points(as_cloud(points)[0])
+    arrays: dict[str, Any] = {}
     used = None
     if options is not None:
-        arrays |= {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
+        for name in options:
+            if name not in OPTIONS and name not in PER_POINT:
+                raise InvalidOptionError(
+                    f"options holds {name!r:.40}; allowed are {', '.join(OPTIONS)}", "options"
+                )
+        arrays = {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
         used = {name: value for name, value in options.items() if name not in PER_POINT}
         guess = config_of(**used).initial_guess
         used |= {} if guess is None else {"initial_guess": parameters(guess)}
-    return Fitted(recognition, Cloud(columns=("x", "y", "z"), normals=None, format="array", **arrays), used)
+    return Fitted(recognition, _cloud_of(coordinates, **arrays), used)
+
+
+def _cloud_of(points: Array, **beside: Any) -> Cloud:
+    return Cloud(points, columns=("x", "y", "z"), normals=None, format="array", **beside)
 
 
 def residuals(recognition: Recognition, points: Any) -> Residuals:
@@ -88,7 +100,8 @@ def residuals(recognition: Recognition, points: Any) -> Residuals:
     Parameters
     ----------
     recognition : what `fit` found; of an ambiguous answer the first primitive counts
-    points : (N, 3) in the unit that was fitted, the same ones or others; whatever `fit` takes
+    points : (N, 3) in the unit that was fitted, the same ones or others, and however few;
+        an array or another object that `fit` takes
 
     Raises
     ------
@@ -97,7 +110,7 @@ def residuals(recognition: Recognition, points: Any) -> Residuals:
     InvalidPointCloudError
         The points are not finite (N, 3).
     """
-    return fitted_points(recognition, points).residuals
+    return Fitted(recognition, _cloud_of(check_coordinates(as_cloud(points)[0]))).residuals
 
 
 def form_errors(recognition: Recognition, points: Any) -> Form:

@@ -25,9 +25,12 @@ class ExportOptions:
 
     def __post_init__(self) -> None:
         if self.unit not in UNITS:
-            raise InvalidOptionError(f"unit is unknown; allowed are {', '.join(UNITS)}", "unit")
+            raise InvalidOptionError(f"unit is {self.unit!r:.40}; allowed are {', '.join(UNITS)}", "unit")
+        if not isinstance(self.chord_error, int | float):
+            raise InvalidOptionError(f"chord_error is {self.chord_error!r:.40}, not a number", "chord_error")
         if not SMALLEST_ERROR <= self.chord_error <= LARGEST_ERROR:
             raise InvalidOptionError(
-                f"chord_error is a share of the size in [{SMALLEST_ERROR:g}, {LARGEST_ERROR:g}]",
+                f"chord_error is {self.chord_error:g}; it is a share of the size in "
+                f"[{SMALLEST_ERROR:g}, {LARGEST_ERROR:g}]",
                 "chord_error",
             )

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 from app.exports import FORMATS, ExportOptions, Wanted
+from app.exports.options import UNITS
 from app.problems import InvalidOptionsError
-from app.readers.errors import FieldError
+from app.readers.errors import FieldError, describe
 from fitting.errors import InvalidOptionError
 
 NAMES = ("artifacts", "unit", "chord_error")
@@ -25,7 +26,7 @@ def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]]
             given.setdefault(name, []).append(value)
     formats = [format for value in given.pop("artifacts", []) for format in value.split(",")]
     errors = [
-        FieldError(f"artifacts[{i}]", f"unknown artefact; allowed are {', '.join(FORMATS)}")
+        FieldError(f"artifacts[{i}]", f"unknown artefact; allowed are {', '.join(FORMATS)}", describe(format))
         for i, format in enumerate(formats)
         if format not in FORMATS
     ]
@@ -38,11 +39,15 @@ def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]]
 
 
 def _options(given: dict[str, str]) -> ExportOptions:
+    unit, told = given.get("unit", ExportOptions.unit), given.get("chord_error", ExportOptions.chord_error)
+    if unit not in UNITS:
+        message = f"unknown unit; allowed are {', '.join(UNITS)}"
+        raise InvalidOptionsError([FieldError("unit", message, describe(unit))])
     try:
-        chord_error = float(given.get("chord_error", ExportOptions.chord_error))
+        chord_error = float(told)
     except ValueError:
-        raise InvalidOptionsError([FieldError("chord_error", "not a number")]) from None
+        raise InvalidOptionsError([FieldError("chord_error", "not a number", describe(told))]) from None
     try:
-        return ExportOptions(given.get("unit", ExportOptions.unit), chord_error)  # type: ignore[arg-type]
+        return ExportOptions(unit, chord_error)  # type: ignore[arg-type]
     except InvalidOptionError as error:
         raise InvalidOptionsError([FieldError(error.field, str(error))]) from None

@@ -6,8 +6,8 @@ MOST_DECIMALS = 12
 
 
 def short(value: float) -> str:
-    """Of a size or an error: a few digits."""
-    return f"{value:.4g}"
+    """Of a size or an error: four digits, also where they are zeros."""
+    return f"{value:#.4g}".rstrip(".") if value else "0"
 
 
 def known_to(value: float, deviation: float | None) -> str:

@@ -62,6 +62,14 @@ def test_bad_artefacts_are_named(service: Any, query: dict[str, Any], field: str
     assert [error["field"] for error in response.json()["errors"]] == [field]
 
 
+def test_an_unknown_option_is_told_those_of_exports(service: Any) -> None:
+    response = _export(service, CSV.read_bytes(), "text/csv", artifacts="step", units="m")
+    (error,) = response.json()["errors"]
+    assert error["field"] == "units" and error["message"].endswith("artifacts, unit, chord_error")
+    plain = service.client.post("/fit", content=CSV.read_bytes(), params={"units": "m"})
+    assert plain.json()["errors"][0]["message"].endswith("initial_guess")
+
+
 def test_nothing_to_export_is_a_problem(service: Any) -> None:
     flat = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0]
     request = json.dumps({"points": flat.tolist(), "options": {"kinds": ["torus"]}}).encode()
@@ -117,3 +125,16 @@ def test_unknown_formats_are_refused() -> None:
     recognition = primfit.fit(np.loadtxt(CSV, delimiter=",", skiprows=2))
     with pytest.raises(primfit.InvalidOptionError, match=r"allowed are step, .*report"):
         primfit.export(recognition, "dwg")
+
+
+def test_bad_options_are_named_with_what_was_found() -> None:
+    points = np.loadtxt(CSV, delimiter=",", skiprows=2)
+    recognition = primfit.fit(points)
+    for said, wanted in (
+        ("unit is 'cm'; allowed are mm, m, inch", {"unit": "cm"}),
+        ("chord_error is 2; it is a share", {"chord_error": 2}),
+        ("chord_error is 'fine', not a number", {"chord_error": "fine"}),
+        ("options holds 'kindz'; allowed are kinds, ", {"options": {"kindz": ["plane"]}}),
+    ):
+        with pytest.raises(primfit.InvalidOptionError, match=said):
+            primfit.export(recognition, "report", points, **wanted)

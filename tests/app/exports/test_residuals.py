@@ -34,6 +34,17 @@ def test_residuals_are_signed_in_the_order_of_the_points_and_outliers_have_their
     assert not found.inlier[7] and found.inlier.sum() > 1990
 
 
+def test_a_single_point_has_a_residual() -> None:
+    points, _ = _cloud()
+    recognition = primfit.fit(points)
+    every = primfit.residuals(recognition, points)
+    for few in (points[7:8], np.repeat(points[7:8], 3, axis=0), points[:0]):
+        found = primfit.residuals(recognition, few)
+        np.testing.assert_array_equal(found.distance, np.full(len(few), every.distance[7]))
+    with pytest.raises(primfit.InvalidPointCloudError, match="NaN"):
+        primfit.residuals(recognition, [[0.0, 0.0, np.nan]])
+
+
 @pytest.mark.parametrize("offset", [0.0, 5e6])
 def test_files_hold_every_digit(offset: float) -> None:
     points, _ = _cloud(offset)
