@@ -92,7 +92,8 @@ def _extent(name: str, value: Any, unit: str, size: float) -> Iterator[tuple[obj
         if "direction" in name or name == "axis":
             yield words(name), cell(", ".join(f"{number:.6g}" for number in value)), ""
         else:
-            yield words(name), cell(", ".join(known_to(number, 1e-4 * size) for number in value)), unit
+            for axis, number in zip("xyz", value, strict=True):
+                yield words(f"{name}.{axis}"), cell(known_to(number, 1e-4 * size)), unit
     elif "angle" in name or name.endswith("span"):
         yield words(name), cell(f"{math.degrees(value):.6g}"), "degrees"
     else:

@@ -150,5 +150,4 @@ def test_places_keep_their_digits_far_from_the_origin() -> None:
     recognition = primfit.fit(points, kinds=["cylinder"])
     page = _Page(primfit.export(recognition, "report", points))
     assert recognition.extents
-    start = ", ".join(f"{number:.4f}" for number in recognition.extents.values()["start"])
-    assert start in page.texts["td"]
+    assert {f"{number:.4f}" for number in recognition.extents.values()["start"]} <= set(page.texts["td"])
