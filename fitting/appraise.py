@@ -78,7 +78,7 @@ def _findings(
         dof=optimum.primitive.dof,
         determined=answer is not None,
         few=optimum.small,
-        arcs=arcs_of(optimum.primitive, linear.feet[optimum.inlier]),
+        arcs=arcs_of(optimum.primitive, linear.feet.compress(optimum.inlier, axis=0)),
         sizes={
             name: (float(getattr(answer, name)), (interval.low, interval.high))
             for name, interval in (intervals or {}).items()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.spatial.distance import pdist, squareform
+from scipy.spatial.distance import pdist
 
 from fitting.geometry import TINY, Array
 
@@ -25,9 +25,16 @@ PAIRED = 512
 """Points of which all pairs are looked at, where noise is correlated."""
 
 BINS = 20
+CLOSEST = 20
+"""Bins of the variogram, each as much wider as it is farther, and how many pairs are in the first."""
+
 LENGTHS = 24
+POWERS = (1, 2)
 REACH = 0.35
 """Distances, in sizes of the cloud, up to which the variogram is taken and correlation lengths are tried."""
+
+VANISHED = 700.0
+"""Beyond it exp(-x) is denormal, which takes a processor long."""
 
 
 @dataclass(frozen=True)
@@ -49,13 +56,19 @@ class Correlation:
 
     def covariance(self, distance: Array) -> Array:
         """Of two different points so far apart."""
-        return self.variance * self.share * np.exp(-((distance / self.length) ** self.power))
+        result = distance / self.length
+        result **= self.power
+        np.minimum(result, VANISHED, out=result)
+        np.exp(np.negative(result, out=result), out=result)
+        result *= self.variance * self.share
+        return result
 
 
-def correlation_of(feet: Array, values: Array, order: np.ndarray) -> Correlation | None:
+def correlation_of(feet: Array, values: Array, order: np.ndarray) -> tuple[Correlation, Array] | None:
     """The correlation of values (N,) at points (N, 3) of a surface, or None where it is not significant.
 
-    `order` (S,) holds indices of the points in random order.
+    `order` (S,) holds indices of the points in random order. Beside the correlation are the distances between
+    all pairs of the first `PAIRED` of them, in the order of `pdist`.
     """
     tree = cKDTree(feet, leafsize=32, balanced_tree=False, compact_nodes=False)
     anchors = order[:ANCHORS]
@@ -66,15 +79,16 @@ def correlation_of(feet: Array, values: Array, order: np.ndarray) -> Correlation
     if not any(_stands_out(products[:, :count]) for count in NEIGHBOURS):
         return None
     chosen = order[:PAIRED]
-    near = (values[anchors, None] - values[other]) ** 2 / 2.0
-    far = pdist(values[chosen, None], "sqeuclidean") / 2.0
-    distances = np.concatenate([distance.ravel(), pdist(feet[chosen])])
-    return _fitted(distances, np.concatenate([near.ravel(), far]))
-
-
-def distances_between(points: Array) -> Array:
-    """(N, N) of points (N, 3)."""
-    return squareform(pdist(points))
+    near, far = other.size, len(chosen) * (len(chosen) - 1) // 2
+    distances, squares = np.empty((2, near + far))
+    distances[:near], squares[:near] = (
+        distance.ravel(),
+        ((values[anchors, None] - values[other]) ** 2).ravel(),
+    )
+    apart = pdist(feet[chosen], out=distances[near:])
+    pdist(values[chosen, None], "sqeuclidean", out=squares[near:])
+    found = _fitted(distances, squares)
+    return None if found is None else (found, apart)
 
 
 def _stands_out(products: Array) -> bool:
@@ -83,39 +97,42 @@ def _stands_out(products: Array) -> bool:
     return float(products.sum()) > SIGNIFICANT * error
 
 
-def _fitted(distance: Array, half_square: Array) -> Correlation | None:
+def _fitted(distance: Array, square: Array) -> Correlation | None:
     """Weighted least squares of  nugget + sill (1 - exp(-(h / L)^p))  over lengths L and powers p."""
     reach = REACH * float(distance.max())
-    inside = (distance > 0.0) & (distance < reach)
-    distance, half_square = distance[inside], half_square[inside]
-    shortest = float(np.quantile(distance, 20.0 / len(distance))) if len(distance) > 20 else reach
-    edges = np.geomspace(shortest, reach, BINS)
-    place = np.searchsorted(edges, distance)
-    count = np.bincount(place, minlength=BINS + 1)[:BINS]
+    inside = np.flatnonzero((distance > 0.0) & (distance < reach))
+    if len(inside) <= CLOSEST:
+        return None
+    distance, square = distance[inside], square[inside]
+    shortest = float(np.quantile(distance, CLOSEST / len(distance)))
+    steps = np.log(np.maximum(distance / shortest, 1.0)) * ((BINS - 1) / np.log(reach / shortest))
+    place = np.ceil(steps).astype(np.intp)
+    count = np.bincount(place)
     some = count > 0
-    height = np.bincount(place, distance, BINS + 1)[:BINS][some] / count[some]
-    gamma = np.bincount(place, half_square, BINS + 1)[:BINS][some] / count[some]
-    weight = np.sqrt(count[some])
-    best: Correlation | None = None
-    least = np.inf
-    for power in (1, 2):
-        for length in np.geomspace(shortest, reach, LENGTHS):
-            model = 1.0 - np.exp(-((height / length) ** power))
-            nugget, sill = _two_positive(model, gamma, weight)
-            cost = float(weight @ (nugget + sill * model - gamma) ** 2)
-            if cost < least and sill > 0.0:
-                variance = nugget + sill
-                best, least = Correlation(float(length), sill / variance, power, variance), cost
-    return best
+    count = count[some]
+    height = np.bincount(place, distance)[some] / count
+    gamma = np.bincount(place, square)[some] / (2.0 * count)
+    weight = np.sqrt(count)
+    lengths = np.geomspace(shortest, reach, LENGTHS)
+    ratio = height / lengths[:, None]
+    model = 1.0 - np.exp(-np.concatenate([ratio**power for power in POWERS]))
+    nugget, sill = _two_positive(model, gamma, weight)
+    cost = (nugget[:, None] + sill[:, None] * model - gamma) ** 2 @ weight
+    best = int(np.argmin(np.where(sill > 0.0, cost, np.inf)))
+    if not sill[best] > 0.0:
+        return None
+    power, length = divmod(best, LENGTHS)
+    variance = float(nugget[best] + sill[best])
+    return Correlation(float(lengths[length]), float(sill[best]) / variance, POWERS[power], variance)
 
 
-def _two_positive(model: Array, target: Array, weight: Array) -> tuple[float, float]:
-    """Weighted least squares of  a + b model = target  with a and b not negative."""
-    total, mean = weight.sum(), weight @ model
-    square, moment, product = weight @ model**2, weight @ target, weight @ (model * target)
-    determinant = total * square - mean**2
-    a = (square * moment - mean * product) / (determinant + TINY)
-    b = (total * product - mean * moment) / (determinant + TINY)
-    if a < 0.0:
-        return 0.0, max(float(product / (square + TINY)), 0.0)
-    return (float(a), float(b)) if b > 0.0 else (float(moment / total), 0.0)
+def _two_positive(models: Array, target: Array, weight: Array) -> tuple[Array, Array]:
+    """Weighted least squares of  a + b model = target  for models (K, B), with a and b (K,) not negative."""
+    total, mean = weight.sum(), models @ weight
+    square, moment, product = models**2 @ weight, weight @ target, models @ (weight * target)
+    determinant = total * square - mean**2 + TINY
+    a = (square * moment - mean * product) / determinant
+    b = (total * product - mean * moment) / determinant
+    through_zero = np.maximum(product / (square + TINY), 0.0)
+    level = np.where(b > 0.0, a, moment / total)
+    return np.where(a < 0.0, 0.0, level), np.where(a < 0.0, through_zero, np.maximum(b, 0.0))

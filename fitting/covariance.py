@@ -11,16 +11,16 @@ point's own pull it holds for noise that differs from point to point: White, Eco
 J. Econometrics 92, 1999, here with a fitted correlation function.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
+from scipy.linalg.blas import dtpmv
 
-from fitting.correlation import PAIRED, Correlation, correlation_of, distances_between
+from fitting.correlation import PAIRED, Correlation, correlation_of
 from fitting.geometry import Array
-from fitting.kernels import Kernel
 from fitting.primitives import Primitive
-from fitting.refine import linearize
+from fitting.profile import Cost
 
 MOST_LEVERAGE = 0.9
 """A point counts as determining at most this much of its own distance."""
@@ -66,27 +66,21 @@ class Linear:
     free: Array
     pull: Array
     slope: Array
-    copies: float = 1.0
+    copies: float
 
     @classmethod
-    def of(
-        cls,
-        primitive: Primitive,
-        points: Array,
-        kernel: Kernel,
-        scale: float,
-        factors: Array | None,
-        free: Array,
-        copies: float = 1.0,
-    ) -> Self:
-        distance, jacobian = linearize(primitive, points)
-        feet = points - distance[:, None] * primitive.gradient(points)
-        if factors is not None:
-            distance, jacobian = factors * distance, factors[:, None] * jacobian
-        squared = (distance / scale) ** 2
-        return cls(
-            feet, jacobian @ free, free, kernel.weight(squared) * distance, kernel.slope(squared), copies
-        )
+    def of(cls, primitive: Primitive, cost: Cost, distance: Array, jacobian: Array, copies: float) -> Self:
+        """In all directions, from the distances (M,) of the points and their derivatives (M, dof)."""
+        feet = cost.points - distance[:, None] * primitive.gradient(cost.points)
+        if cost.factors is not None:
+            distance, jacobian = cost.factors * distance, cost.factors[:, None] * jacobian
+        squared = (distance / cost.scale) ** 2
+        pull, slope = cost.kernel.weight(squared) * distance, cost.kernel.slope(squared)
+        return cls(feet, jacobian, np.eye(primitive.dof), pull, slope, copies)
+
+    def within(self, free: Array) -> Self:
+        """In these directions (dof, k), orthonormal, only."""
+        return replace(self, rows=self.rows @ free, free=free)
 
     def bread(self) -> Array | None:
         """The inverse of A in the free directions, or None where the points leave one open."""
@@ -96,10 +90,11 @@ class Linear:
             return None
         if not len(sizes):  # nothing is free, and nothing uncertain
             return square
-        scaled = square / np.outer(sizes, sizes)
+        units = sizes[:, None] * sizes
+        scaled = square / units
         if not np.linalg.eigvalsh(scaled)[0] > UNDETERMINED:
             return None
-        inverse = np.linalg.inv(scaled) / np.outer(sizes, sizes)
+        inverse = np.linalg.inv(scaled) / units
         return np.asarray(0.5 * (inverse + inverse.T))
 
     def known(self, noise: float) -> StepCovariance | None:
@@ -123,29 +118,34 @@ class Linear:
         bread = self.bread()
         if bread is None:
             return None
-        leverage = self.copies * self.slope * np.sum((self.rows @ bread) * self.rows, axis=1)
+        leverage = self.copies * self.slope * np.einsum("ij,ij->i", self.rows @ bread, self.rows)
         squared = self.pull**2 / (1.0 - np.clip(leverage, 0.0, MOST_LEVERAGE))
         meat = self.copies * (self.rows.T @ (squared[:, None] * self.rows))
         noise, effective = float(np.sqrt(squared.mean())), self.copies * len(self.rows)
-        correlation = correlation_of(self.feet, self.pull, order) if noise > 0.0 else None
-        if correlation is not None:
-            shared, alike = self._shared(correlation, order[:PAIRED], bread)
+        found, correlation = correlation_of(self.feet, self.pull, order) if noise > 0.0 else None, None
+        if found is not None:
+            correlation, apart = found
+            shared, alike = self._shared(correlation, apart, order[:PAIRED], bread)
             meat = meat + shared
             effective = effective / (1.0 + alike)
         return self._lifted(bread @ meat @ bread, bread, noise, effective, correlation)
 
-    def _shared(self, correlation: Correlation, some: np.ndarray, bread: Array) -> tuple[Array, float]:
-        """The part of B that pairs of points share, estimated from some of them, and for how many other
-        points a point stands."""
-        covariance = correlation.covariance(distances_between(self.feet[some]))
-        np.fill_diagonal(covariance, 0.0)
+    def _shared(
+        self, correlation: Correlation, apart: Array, some: np.ndarray, bread: Array
+    ) -> tuple[Array, float]:
+        """The part of B that pairs of points share, estimated from some (S,) of them that are so far `apart`
+        (as `pdist` has it), and for how many other points a point stands."""
+        covariance = correlation.covariance(apart)
         n, m = self.copies * len(self.rows), len(some)
-        rows = self.rows[some]
-        shared = n * (n - 1.0) / (m * (m - 1.0)) * (rows.T @ covariance @ rows)
+        rows, each = self.rows[some], n * (n - 1.0) / (m * (m - 1.0))
+        # as `pdist` has them, the pairs are the columns of a packed lower triangle
+        products = [dtpmv(m - 1, covariance, column, lower=1) for column in rows[:-1].T]
+        half = each * (np.reshape(products, (-1, m - 1)) @ rows[1:])
+        shared = half + half.T
         root = np.linalg.cholesky(bread)
         sizes, axes = np.linalg.eigh(root.T @ shared @ root)
         back = np.linalg.solve(root.T, axes)
-        alike = (n - 1.0) / (m * (m - 1.0)) * float(covariance.sum()) / correlation.variance
+        alike = 2.0 * each / n * float(covariance.sum()) / correlation.variance
         return back @ (np.maximum(sizes, 0.0)[:, None] * back.T), alike
 
     def _lifted(

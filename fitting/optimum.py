@@ -17,6 +17,7 @@ from fitting.limits import Limits, moved
 from fitting.noise import is_normal, trimmed_scale
 from fitting.primitives import Primitive
 from fitting.profile import Cost
+from fitting.refine import linearize
 
 UNEVEN = 200
 """Points from which noise that differs from point to point, or agrees between neighbours, can be told."""
@@ -36,6 +37,7 @@ class Optimum:
     cost : what it minimises, over working points or the exact ones among them
     inlier : mask of those points that were not rejected
     exact : the points lie on it within their rounding
+    full : the linearised cost in all directions
     """
 
     primitive: Primitive
@@ -44,6 +46,7 @@ class Optimum:
     cost: Cost
     inlier: np.ndarray
     exact: bool
+    full: Linear
 
     @classmethod
     def of(
@@ -51,18 +54,23 @@ class Optimum:
     ) -> Self:
         """From the surface (in the frame of the cloud) and the evidence about the robust fit of its kind."""
         limits = Limits.of(constraints, primitive.kind, cloud.frame)
-        pivot = np.zeros(3) if limits is None else limits.pivot
-        primitive = moved(primitive.canonical(np.zeros(3)), -pivot)
+        primitive, points = primitive.canonical(np.zeros(3)), cloud.working
+        if limits is not None:
+            primitive, points = moved(primitive, -limits.pivot), points - limits.pivot
         exact = bool(evidence.exact.all() or (criterion == "robust" and evidence.exact.any()))
-        points, factors, inlier = cloud.working - pivot, cloud.working_factors, evidence.inlier
-        kernel, scale = Kernel.LEAST_SQUARES, 1.0
+        factors, inlier = cloud.working_factors, evidence.inlier
         if exact:
             factors = None if factors is None else factors[evidence.exact]
             points, inlier = points[evidence.exact], inlier[evidence.exact]
-        elif not cloud.is_small(primitive.dof):
-            distance = primitive.signed_distance(points)
+        distance, jacobian = linearize(primitive, points)
+        kernel, scale = Kernel.LEAST_SQUARES, 1.0
+        if not exact and not cloud.is_small(primitive.dof):
             kernel, scale = _kernel(criterion, distance if factors is None else factors * distance, cloud)
-        return cls(primitive, cloud, limits, Cost(points, kernel, scale, factors, limits), inlier, exact)
+        cost = Cost(points, kernel, scale, factors, limits)
+        n = len(cloud.points)
+        copies = n / len(cloud.working) if n > WORKING_POINTS and not exact else 1.0
+        linear = Linear.of(primitive, cost, distance, jacobian, copies)
+        return cls(primitive, cloud, limits, cost, inlier, exact, linear)
 
     @property
     def small(self) -> bool:
@@ -71,12 +79,11 @@ class Optimum:
     @property
     def copies(self) -> float:
         """How many points each of those that are looked at stands for."""
-        n = len(self.cloud.points)
-        return n / len(self.cloud.working) if n > WORKING_POINTS and not self.exact else 1.0
+        return self.full.copies
 
     @property
     def dof(self) -> int:
-        return self._free(self.limits).shape[1]
+        return self.linear().rows.shape[1]
 
     def linear(self) -> Linear:
         return self._linear(self.limits)
@@ -117,21 +124,10 @@ class Optimum:
         inside = primitive if self.limits is None else moved(primitive, self.limits.pivot)
         return values_of(self.cloud.frame.restore(inside.canonical(np.zeros(3))))
 
-    def _free(self, limits: Limits | None) -> Array:
-        dof = self.primitive.dof
-        return np.eye(dof) if limits is None else limits.free_steps(self.primitive.row(), dof)
-
     def _linear(self, limits: Limits | None) -> Linear:
-        cost = self.cost
-        return Linear.of(
-            self.primitive,
-            cost.points,
-            cost.kernel,
-            cost.scale,
-            cost.factors,
-            self._free(limits),
-            self.copies,
-        )
+        if limits is None:
+            return self.full
+        return self.full.within(limits.free_steps(self.primitive.row(), self.primitive.dof))
 
 
 def _kernel(criterion: str, residual: Array, cloud: Cloud) -> tuple[Kernel, float]:
