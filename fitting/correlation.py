@@ -28,6 +28,9 @@ BINS = 20
 CLOSEST = 20
 """Bins of the variogram, each as much wider as it is farther, and how many pairs are in the first."""
 
+BLOCK = 8192
+"""Pairs that are put into them at a time: fresh memory for all would take longer than the arithmetic."""
+
 LENGTHS = 24
 POWERS = (1, 2)
 REACH = 0.35
@@ -80,14 +83,14 @@ def correlation_of(feet: Array, values: Array, order: np.ndarray) -> tuple[Corre
         return None
     chosen = order[:PAIRED]
     near, far = other.size, len(chosen) * (len(chosen) - 1) // 2
-    distances, squares = np.empty((2, near + far))
-    distances[:near], squares[:near] = (
+    pairs = np.empty((2, near + far))
+    pairs[0, :near], pairs[1, :near] = (
         distance.ravel(),
         ((values[anchors, None] - values[other]) ** 2).ravel(),
     )
-    apart = pdist(feet[chosen], out=distances[near:])
-    pdist(values[chosen, None], "sqeuclidean", out=squares[near:])
-    found = _fitted(distances, squares)
+    apart = pdist(feet[chosen], out=pairs[0, near:])
+    pdist(values[chosen, None], "sqeuclidean", out=pairs[1, near:])
+    found = _fitted(pairs)
     return None if found is None else (found, apart)
 
 
@@ -97,21 +100,18 @@ def _stands_out(products: Array) -> bool:
     return float(products.sum()) > SIGNIFICANT * error
 
 
-def _fitted(distance: Array, square: Array) -> Correlation | None:
-    """Weighted least squares of  nugget + sill (1 - exp(-(h / L)^p))  over lengths L and powers p."""
-    reach = REACH * float(distance.max())
-    inside = np.flatnonzero((distance > 0.0) & (distance < reach))
-    if len(inside) <= CLOSEST:
+def _fitted(pairs: Array) -> Correlation | None:
+    """Weighted least squares of  nugget + sill (1 - exp(-(h / L)^p))  over lengths L and powers p.
+
+    `pairs` (2, N) holds distances and squared differences.
+    """
+    reach = REACH * float(pairs[0].max())
+    pairs = pairs.take(np.flatnonzero((pairs[0] > 0.0) & (pairs[0] < reach)), axis=1)
+    if pairs.shape[1] <= CLOSEST:
         return None
-    distance, square = distance[inside], square[inside]
-    shortest = float(np.quantile(distance, CLOSEST / len(distance)))
-    steps = np.log(np.maximum(distance / shortest, 1.0)) * ((BINS - 1) / np.log(reach / shortest))
-    place = np.ceil(steps).astype(np.intp)
-    count = np.bincount(place)
-    some = count > 0
-    count = count[some]
-    height = np.bincount(place, distance)[some] / count
-    gamma = np.bincount(place, square)[some] / (2.0 * count)
+    below, above = np.partition(pairs[0], (CLOSEST - 1, CLOSEST))[CLOSEST - 1 : CLOSEST + 1]
+    shortest = float(above - (above - below) * CLOSEST / pairs.shape[1])
+    count, height, gamma = _binned(pairs, shortest, reach)
     weight = np.sqrt(count)
     lengths = np.geomspace(shortest, reach, LENGTHS)
     ratio = height / lengths[:, None]
@@ -124,6 +124,17 @@ def _fitted(distance: Array, square: Array) -> Correlation | None:
     power, length = divmod(best, LENGTHS)
     variance = float(nugget[best] + sill[best])
     return Correlation(float(lengths[length]), float(sill[best]) / variance, POWERS[power], variance)
+
+
+def _binned(pairs: Array, shortest: float, reach: float) -> Array:
+    """Of the bins with pairs in them their number, mean distance and half the mean square, (3, B)."""
+    sums, steps = np.zeros((3, BINS)), (BINS - 1) / np.log(reach / shortest)
+    for first in range(0, pairs.shape[1], BLOCK):
+        distance, square = pairs[:, first : first + BLOCK]
+        place = np.clip(np.ceil(steps * np.log(distance / shortest)), 0, BINS - 1).astype(np.intp)
+        sums += [np.bincount(place, weights, BINS) for weights in (None, distance, square)]
+    count, height, gamma = sums[:, sums[0] > 0.0]
+    return np.array([count, height / count, gamma / (2.0 * count)])
 
 
 def _two_positive(models: Array, target: Array, weight: Array) -> tuple[Array, Array]:
