@@ -13,6 +13,7 @@ from fitting.optimum import Optimum
 from fitting.primitives import Cone, Primitive
 from fitting.profile import Local, profile_end
 from fitting.uncertainty import Interval, Spread
+from fitting.warnings import MOST_TURNED
 
 CURVED = 0.05
 """Half-width of the linearised interval of a radius or half-angle, as a share of its value, from which all
@@ -164,26 +165,30 @@ def _at_bounds(
 def direction_of(
     optimum: Optimum, steps: StepCovariance, quantile: float, profiles: Profiles | None
 ) -> Spread | None:
-    """Of the axis or normal; a sphere has none.
-
-    Where there are profiles it is wider by as much as the one along its larger principal direction.
-    """
-    kind = optimum.primitive.kind
-    if kind == "sphere":
+    """Of the axis or normal, which has no sign and is a right angle off at most; a sphere has none."""
+    if optimum.primitive.kind == "sphere":
         return None
     found = spread(steps.matrix[:2, :2], quantile)
-    if profiles is None or not found.standard_deviations[0] > 0.0:
-        return found
+    if profiles is not None and found.standard_deviations[0] > 0.0:
+        found = _widened(found, optimum, steps, quantile, profiles)
+    return replace(found, radius_95=min(found.radius_95, MOST_TURNED))
+
+
+def _widened(
+    found: Spread, optimum: Optimum, steps: StepCovariance, quantile: float, profiles: Profiles
+) -> Spread:
+    """The spread of a direction, wider by as much as its profile along its larger principal direction."""
+    kind = optimum.primitive.kind
     names = names_of(kind)
     first = next(i for i, name in enumerate(names) if name.split(".")[0] in DIRECTIONS)
     direction = optimum.primitive.row()[:3]
     weights = np.zeros(len(names))
     weights[first : first + 3] = np.linalg.eigh(steps.matrix[:2, :2])[1][:, -1] @ np.array(basis(direction))
     angles = [
-        np.pi / 2 if end is None else np.arccos(min(abs(float(end.row()[:3] @ direction)), 1.0))
+        MOST_TURNED if end is None else np.arccos(min(abs(float(end.row()[:3] @ direction)), 1.0))
         for end in profiles.ends(weights)
     ]
-    wider = max(1.0, max(angles) / (quantile * found.standard_deviations[0]))
+    wider = max(1.0, float(max(angles)) / (quantile * found.standard_deviations[0]))
     return replace(found, radius_95=wider * found.radius_95)
 
 

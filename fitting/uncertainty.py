@@ -35,7 +35,7 @@ class Spread:
 
     Attributes
     ----------
-    radius_95 : how far off it is at most in 95 of 100 cases
+    radius_95 : how far off it is at most in 95 of 100 cases; a direction has no sign, so pi / 2 at most
     standard_deviations : in its two principal directions, the larger first; a plane's position has one
     """
 

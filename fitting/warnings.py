@@ -23,8 +23,11 @@ SHORT_ARC, HALF_TURN = 60.0, 180.0
 WEAK_AXIS = np.radians(2.0)
 """Half-width of the 95 % cone about an axis or normal [rad] beyond which it is weakly determined."""
 
+MOST_TURNED = float(np.pi / 2)
+"""Largest half-width of that cone: an axis or normal that is a right angle off is not determined."""
+
 WEAK_SIZE = 0.1
-"""The same for a radius or half-angle, as a share of its value."""
+"""Half-width of the 95 % interval of a radius or half-angle beyond which it is, as a share of its value."""
 
 Ends = tuple[float | None, float | None]
 
@@ -117,8 +120,9 @@ def _sizes(found: Findings) -> Iterator[Warning]:
 def _axis(found: Findings) -> Iterator[Warning]:
     if found.axis_95 is not None and found.axis_95 > WEAK_AXIS:
         name = "normal" if found.kind == "plane" else "axis"
-        degrees = np.degrees(found.axis_95)
-        yield Warning("weak_axis", f"the {name} is known to within {degrees:.2g} degrees only")
+        within = f"known to within {np.degrees(found.axis_95):.2g} degrees only"
+        told = "not determined" if found.axis_95 >= MOST_TURNED else within
+        yield Warning("weak_axis", f"the {name} is {told}")
 
 
 def _correlation(found: Findings) -> Iterator[Warning]:

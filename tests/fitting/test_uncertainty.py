@@ -157,6 +157,14 @@ def test_a_surface_that_the_points_leave_open_has_no_intervals() -> None:
     assert found.covariance is None and codes(found) >= {"undetermined"}
 
 
+def test_an_axis_that_a_belt_leaves_open_is_a_right_angle_off_at_most() -> None:
+    rng, cylinder = np.random.default_rng(1), Cylinder([0.0, 0.0, 1.0], [0.0, 0.0, 0.0], 1.0)
+    belt = cylinder.surface(rng.uniform(-np.pi, np.pi, 40), rng.uniform(-0.02, 0.02, 40))
+    found = known(belt + 0.02 * rng.standard_normal((40, 1)) * cylinder.gradient(belt), "cylinder")
+    assert found.direction is not None and found.direction.radius_95 == np.pi / 2
+    assert "the axis is not determined" in [each.message for each in found.warnings]
+
+
 def test_fixed_numbers_are_held_and_help_the_others() -> None:
     points = noisy(EXAMPLES["cylinder"], 400, 0.01)
     free = known(points, "cylinder")
