@@ -28,8 +28,11 @@ def is_length(name: str) -> bool:
 
 def values_of(primitive: Primitive) -> Array:
     """The numbers of a primitive in the order of `names_of`."""
-    values = [getattr(primitive, field.name) for field in fields(primitive)]  # type: ignore[arg-type]
-    return np.concatenate([np.atleast_1d(value) for value in values])
+    numbers: list[float] = []
+    for field in fields(primitive):  # type: ignore[arg-type]
+        value = getattr(primitive, field.name)
+        numbers += value.tolist() if field.name in VECTORS else [value]
+    return np.array(numbers)
 
 
 def derivative(primitive: Primitive, center: Array) -> Array:

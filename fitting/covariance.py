@@ -85,8 +85,8 @@ class Linear:
     def bread(self) -> Array | None:
         """The inverse of A in the free directions, or None where the points leave one open."""
         square = self.copies * (self.rows.T @ (self.slope[:, None] * self.rows))
-        sizes = np.sqrt(np.maximum(np.diag(square), 0.0))
-        if not np.all(sizes > 0.0):
+        sizes = np.sqrt(np.maximum(square.diagonal(), 0.0))
+        if not (sizes > 0.0).all():
             return None
         if not len(sizes):  # nothing is free, and nothing uncertain
             return square

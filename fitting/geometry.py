@@ -1,5 +1,7 @@
 """Small vector geometry shared by the primitives: unit vectors, bases, signs and axes."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,11 +26,11 @@ def vector(values: object) -> Array:
 def unit(values: object) -> Array:
     """`vector(values)` divided by its length; raises `ValueError` for a zero or non-finite vector."""
     direction = np.array(values, dtype=np.float64).reshape(3)
-    largest = np.max(np.abs(direction))
-    if not np.isfinite(largest) or largest == 0.0:
+    largest = float(np.abs(direction).max())
+    if not math.isfinite(largest) or largest == 0.0:
         raise ValueError(f"a direction needs a finite, non-zero vector, not {direction.tolist()}")
     direction /= largest
-    return vector(direction / np.sqrt(direction @ direction))
+    return vector(direction / math.sqrt(direction @ direction))
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -44,8 +46,8 @@ def basis(axis: Array) -> tuple[Array, Array]:
 
     Source: Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017, listing 3.
     """
-    x, y, z = axis
-    sign = np.where(z >= 0.0, 1.0, -1.0)
+    x, y, z = axis.tolist() if axis.ndim == 1 else axis
+    sign = 1.0 - 2.0 * (z < 0.0)
     a = -1.0 / (sign + z)
     b = x * y * a
     u = np.array([1.0 + sign * x * x * a, sign * b, -sign * x])

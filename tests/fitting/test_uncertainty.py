@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq, least_squares, minimize_scalar
+from scipy.spatial.distance import cdist
 from scipy.special import stdtrit
 
 from benchmark.coverage import waves
 from fitting.config import Config
 from fitting.constraints import Constraints
 from fitting.coordinates import derivative, names_of, values_of
+from fitting.covariance import Linear
 from fitting.coverage import arcs_of, covered
 from fitting.geometry import Array
 from fitting.intervals import spread
@@ -113,6 +115,20 @@ def test_correlated_noise_is_found_and_counts() -> None:
     assert "correlated_noise" in codes(smooth) and "correlated_noise" not in codes(rough)
     radii = [each.intervals["radius"].standard_deviation for each in (smooth, rough)]
     assert radii[0] > 2.0 * radii[1]
+
+
+def test_pairs_of_correlated_points_count_as_in_the_double_sum() -> None:
+    rng, n = np.random.default_rng(3), 512
+    feet = rng.uniform(0.0, 1.0, (n, 3)) * [1.0, 1.0, 0.0]
+    rows, pull = np.column_stack([np.ones(n), feet[:, :2]]), waves(rng, feet / 0.1)
+    linear = Linear(feet, rows, np.eye(3), pull, np.ones(n), 1.0)
+    found, bread = linear.uneven(rng.permutation(n)), np.linalg.inv(rows.T @ rows)
+    assert found is not None and found.correlation is not None
+    covariance = found.correlation.covariance(cdist(feet, feet))
+    np.fill_diagonal(covariance, pull**2 / (1.0 - np.sum((rows @ bread) * rows, axis=1)))
+    np.testing.assert_allclose(found.matrix, bread @ rows.T @ covariance @ rows @ bread, rtol=1e-9)
+    np.fill_diagonal(covariance, found.correlation.variance)
+    assert found.effective_points == pytest.approx(n**2 * found.correlation.variance / covariance.sum())
 
 
 def test_a_short_arc_is_profiled_and_leaves_the_larger_radius_open_wider() -> None:
