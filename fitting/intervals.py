@@ -36,6 +36,15 @@ the smaller over the larger one."""
 
 
 @dataclass(frozen=True, eq=False)
+class Seen:
+    """A surface with the model of the cost there and its numbers (P,), in the frame of the steps."""
+
+    surface: Primitive
+    local: Local
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Profiles:
     """Ends of the profiles of numbers of an optimum, each looked for from the farthest surface seen so far.
 
@@ -46,8 +55,7 @@ class Profiles:
     optimum: Optimum
     steps: StepCovariance
     quantile: float
-    at_start: Local
-    seen: list[tuple[Primitive, Local]]
+    seen: list[Seen]
 
     @classmethod
     def of(cls, optimum: Optimum, steps: StepCovariance, feet: Array) -> Self | None:
@@ -55,8 +63,8 @@ class Profiles:
         quantile = optimum.quantile(steps)
         if optimum.exact or not _is_curved(optimum, steps, quantile, feet):
             return None
-        at_start = optimum.cost.near(optimum.primitive)
-        profiles = cls(optimum, steps, quantile, at_start, [(optimum.primitive, at_start)])
+        profiles = cls(optimum, steps, quantile, [])
+        profiles.seen.append(profiles._look_at(optimum.primitive, optimum.cost.near(optimum.primitive)))
         profiles._look_around()
         return profiles
 
@@ -76,27 +84,32 @@ class Profiles:
         """Where a sum of the numbers with these weights (P,) is least, and largest; None for an open end."""
         row = self._gradient(weights, self.optimum.primitive)
         variance, bread = float(row @ self.steps.matrix @ row), float(row @ self.steps.bread @ row)
-        cost, least = self.optimum.cost, self.at_start.cost
+        cost, least = self.optimum.cost, self.seen[0].local.cost
         noise = max(variance / bread, self.steps.noise**2) / self.optimum.copies
         most = least + 0.5 * self.quantile**2 * noise / cost.scale**2
         found: list[Primitive | None] = []
         for signed in (-weights, weights):
-            start = max(self.seen, key=partial(self._value, signed))
+            start = max(self.seen, key=partial(_value, signed))
             half = self.quantile * float(np.sqrt(variance))
-            end = profile_end(cost, *start, partial(self._gradient, signed), half, least, most)
+            gradient = partial(self._gradient, signed)
+            end = profile_end(cost, start.surface, start.local, gradient, half, least, most)
             # A number that has passed infinity has no end either.
-            if end is None or self._value(signed, end) < self._value(signed, self.seen[0]):
+            if end is None or _value(signed, there := self._look_at(*end)) < _value(signed, self.seen[0]):
                 found.append(None)
                 continue
-            self.seen.append(end)
-            found.append(max(end, start, key=partial(self._value, signed))[0])
+            self.seen.append(there)
+            found.append(max(there, start, key=partial(_value, signed)).surface)
         return found
 
-    def _value(self, weights: Array, seen: tuple[Primitive, Local]) -> float:
-        return float(weights @ values_of(seen[0].canonical(self.optimum.center)))
+    def _look_at(self, surface: Primitive, local: Local) -> Seen:
+        return Seen(surface, local, values_of(surface.canonical(self.optimum.center)))
 
     def _gradient(self, weights: Array, surface: Primitive) -> Array:
         return weights @ derivative(surface, self.optimum.center)
+
+
+def _value(weights: Array, seen: Seen) -> float:
+    return float(weights @ seen.values)
 
 
 def _is_curved(optimum: Optimum, steps: StepCovariance, quantile: float, feet: Array) -> bool:

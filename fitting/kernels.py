@@ -32,11 +32,15 @@ class Kernel(IntEnum):
 
     def rho(self, squared: Array) -> Array:
         """Cost (N,) of squared residuals in units of the scale; near 0 it is half of them."""
-        return _descent.costs(self, squared)[0]
+        return self.rho_and_weight(squared)[0]
 
     def weight(self, squared: Array) -> Array:
         """rho'(x) / x: 1 at 0, the weight of a residual in a least squares step."""
-        return _descent.costs(self, squared)[1]
+        return self.rho_and_weight(squared)[1]
+
+    def rho_and_weight(self, squared: Array) -> tuple[Array, Array]:
+        """Both, at the price of one."""
+        return _descent.costs(self, squared)
 
     def slope(self, squared: Array) -> Array:
         """rho''(x): what the pull of a residual grows by, 1 at 0 and negative where the kernel redescends."""

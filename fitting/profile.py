@@ -55,11 +55,9 @@ class Cost:
             rows = rows @ free
         if self.factors is not None:
             distance, rows = self.factors * distance, self.factors[:, None] * rows
-        distance, rows = distance / self.scale, rows / self.scale
-        squared = distance**2
-        weight = self.kernel.weight(squared)
+        rho, weight = self.kernel.rho_and_weight((distance / self.scale) ** 2)
         slope, square = rows.T @ (weight * distance), rows.T @ (weight[:, None] * rows)
-        return Local(float(self.kernel.rho(squared).sum()), slope, square, free)
+        return Local(float(rho.sum()), slope / self.scale**2, square / self.scale**2, free)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,11 +75,12 @@ class Local:
         None where the model leaves a step open.
         """
         wanted = gradient if self.free is None else self.free.T @ gradient
-        sizes = np.sqrt(np.maximum(np.diag(self.square), 0.0))
-        if not np.all(sizes > 0.0):
+        sizes = np.sqrt(np.maximum(self.square.diagonal(), 0.0))
+        if not (sizes > 0.0).all():
             return None
+        units = sizes[:, None] * sizes
         try:
-            inverse = np.linalg.inv(self.square / np.outer(sizes, sizes)) / np.outer(sizes, sizes)
+            inverse = np.linalg.inv(self.square / units) / units
         except np.linalg.LinAlgError:
             return None
         least, along = -inverse @ self.slope, inverse @ wanted
