@@ -190,18 +190,22 @@ def direction_of(
 def _widened(
     found: Spread, optimum: Optimum, steps: StepCovariance, quantile: float, profiles: Profiles
 ) -> Spread:
-    """The spread of a direction, wider by as much as its profile along its larger principal direction."""
+    """The spread of a direction, wider by as much as its profile along its larger principal direction.
+
+    One open end tells nothing: a cone that may be a cylinder turns on beyond it, with its apex at the other
+    side.
+    """
     kind = optimum.primitive.kind
     names = names_of(kind)
     first = next(i for i, name in enumerate(names) if name.split(".")[0] in DIRECTIONS)
     direction = optimum.primitive.row()[:3]
     weights = np.zeros(len(names))
     weights[first : first + 3] = np.linalg.eigh(steps.matrix[:2, :2])[1][:, -1] @ np.array(basis(direction))
-    angles = [
-        MOST_TURNED if end is None else np.arccos(min(abs(float(end.row()[:3] @ direction)), 1.0))
-        for end in profiles.ends(weights)
-    ]
-    wider = max(1.0, float(max(angles)) / (quantile * found.standard_deviations[0]))
+    if not any(profiles.ends(weights)):
+        return replace(found, radius_95=MOST_TURNED)
+    seen = np.array([each.surface.row()[:3] for each in profiles.seen])
+    angle = float(np.arccos(np.minimum(np.abs(seen @ direction), 1.0)).max())
+    wider = max(1.0, angle / (quantile * found.standard_deviations[0]))
     return replace(found, radius_95=wider * found.radius_95)
 
 
