@@ -70,6 +70,8 @@ def as_floats(values: Any, field: str) -> Array:
     """An array of float64; raises `InvalidPointCloudError` for what is no array of numbers."""
     try:
         array = as_array(values)
+        if isinstance(values, np.ma.MaskedArray):  # what is masked is no number
+            array = np.ma.filled(values.astype(np.float64), np.nan)
         if array.ndim and not np.iscomplexobj(array):
             return np.asarray(array, np.float64)
     except (TypeError, ValueError, RuntimeError) as error:

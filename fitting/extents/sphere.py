@@ -99,7 +99,7 @@ class SphereExtents(Bounds):
             axis=axis,
             half_angle=half_angle,
             start_half_angle=start,
-            full_sphere=full,
+            full_sphere=bool(full),
             height=radius * (depth - low),
             rim_center=primitive.center + radius * (1.0 - depth) * axis,
             rim_radius=0.0 if full else radius * float(np.sin(half_angle)),

@@ -130,7 +130,7 @@ def coverage(along: Array, across: Array, aspect: float) -> float:
     rows = int(np.clip(np.round(np.sqrt(wanted * aspect)), 1, wanted))
     columns = max(int(wanted / rows), 1)
     cells = cell(along, rows) * columns + cell(across, columns)
-    return np.count_nonzero(np.bincount(cells)) / (rows * columns)
+    return float(np.count_nonzero(np.bincount(cells)) / (rows * columns))
 
 
 def cell(shares: Array, number: int) -> np.ndarray:

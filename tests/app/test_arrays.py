@@ -114,6 +114,14 @@ def test_what_is_no_cloud_is_named(given: Any, kind: str) -> None:
     assert caught.value.field == "points"
 
 
+def test_masked_coordinates_are_no_numbers() -> None:
+    masked = np.ma.array(POINTS, mask=np.zeros_like(POINTS, bool))
+    assert primfit.fit(masked).primitive is not None
+    masked[3, 1] = np.ma.masked
+    with pytest.raises(InvalidPointCloudError, match=r"points\[3\]"):
+        primfit.fit(masked)
+
+
 def test_other_fields_are_named_too() -> None:
     with pytest.raises(InvalidPointCloudError, match=r"^weights: dict is not an array of numbers$") as caught:
         primfit.fit(POINTS, weights={})
