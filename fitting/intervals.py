@@ -24,7 +24,8 @@ BEGIN = 0.05
 """Share of the points of a cone below where they begin."""
 
 HELD = 1e-9
-"""A standard deviation of this share of the largest one is rounding: the number is held."""
+"""A standard deviation of this share of the largest one, both in the frame, is rounding: the number is
+held."""
 
 ONE_SIDED = 0.84
 """Quantile of a one-sided 95 % interval over that of a two-sided one (1.645 / 1.960)."""
@@ -137,7 +138,8 @@ def intervals_of(
     """By name, of all numbers but the components of a direction."""
     quantile = optimum.quantile(steps)
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    held = deviations <= HELD * deviations.max()
+    in_frame = deviations / optimum.units
+    held = in_frame <= HELD * in_frame.max()
     found = {}
     for i, name in enumerate(names):
         if name.split(".")[0] in DIRECTIONS:

@@ -108,11 +108,15 @@ class Optimum:
             ndtri(UPPER) if self.exact else stdtrit(max(steps.effective_points - self.dof, 1.0), UPPER)
         )
 
+    @property
+    def units(self) -> Array:
+        """What the numbers (P,) of the answer are measured in, over their units in the frame."""
+        names = names_of(self.primitive.kind)
+        return np.where([is_length(name) for name in names], self.cloud.frame.scale, 1.0)
+
     def by_step(self) -> Array:
         """Derivatives (P, dof) of the numbers of the answer, in input units, by a step."""
-        names = names_of(self.primitive.kind)
-        units = np.where([is_length(name) for name in names], self.cloud.frame.scale, 1.0)
-        return units[:, None] * derivative(self.primitive, self.center)
+        return self.units[:, None] * derivative(self.primitive, self.center)
 
     @property
     def center(self) -> Array:

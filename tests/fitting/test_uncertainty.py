@@ -168,6 +168,12 @@ def test_an_arc_that_looks_flat_has_no_upper_end() -> None:
     assert radius.high is None and radius.low is not None
 
 
+@pytest.mark.parametrize("scale", [1e-12, 1e12])
+def test_what_is_held_does_not_depend_on_the_unit(scale: float) -> None:
+    found = known(scale * noisy(EXAMPLES["cone"], 500, 0.01), "cone")
+    assert {interval.method for interval in found.intervals.values()} <= {"linear", "profile"}
+
+
 def test_a_surface_that_the_points_leave_open_has_no_intervals() -> None:
     found = known(arc(8.0, 100, 0.004, 4), "cylinder")
     assert found.covariance is None and codes(found) >= {"undetermined"}
