@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from app.exports.fitted import Fitted
 from app.exports.options import ExportOptions
 from app.exports.patch import Patch, Pieces, patch_of, trimmed
+from app.exports.ply import Element, ply
 from fitting.geometry import Array, basis
 from fitting.primitives import Plane, Primitive, Sphere, Torus
 
@@ -18,47 +19,49 @@ FEWEST = 3
 Mesh = tuple[Array, np.ndarray]
 """Vertices (K, 3) and triangles (M, 3), counter-clockwise seen from outside."""
 
+Said = dict[str, str]
+"""The `kind` and the `unit`."""
+
 
 def mesh_writer(file_type: str) -> Callable[[Fitted, ExportOptions], bytes]:
-    """The writer of a format: PLY with every digit, and what trimesh knows."""
+    """The writer of `glb`, `obj`, `stl` or `ply`."""
 
     def write(fitted: Fitted, options: ExportOptions) -> bytes:
         primitive, extents = trimmed(fitted.recognition)
         patch = patch_of(primitive, extents)
         mesh = _grid(patch, options.chord_error) if isinstance(patch, Patch) else flat(patch, primitive)
-        if file_type == "ply":
-            return ply(*mesh)
-        said = {"kind": primitive.kind, "unit": options.unit}
-        made = _scene(mesh, said) if file_type == "glb" else _trimesh(mesh, said)
-        content = made.export(file_type=file_type)
-        return content.encode() if isinstance(content, str) else bytes(content)
+        return _WRITERS[file_type](mesh, {"kind": primitive.kind, "unit": options.unit})
 
     return write
 
 
-def ply(vertices: Array, triangles: np.ndarray) -> bytes:
-    """Binary PLY with vertices in float64; trimesh would write float32."""
-    faces = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
-    faces["count"], faces["corners"] = 3, triangles
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        f"element vertex {len(vertices)}",
-        *(f"property double {name}" for name in "xyz"),
-        f"element face {len(triangles)}",
-        "property list uchar int vertex_indices",
-        "end_header",
-    ]
-    return "\n".join((*header, "")).encode("ascii") + vertices.astype("<f8").tobytes() + faces.tobytes()
+def _obj(mesh: Mesh, said: Said) -> bytes:
+    """By ourselves, since trimesh rounds to eight decimals: small shapes would lose their digits."""
+    vertices, triangles = mesh
+    rows = [f"# a {said['kind']} [{said['unit']}]"]
+    rows += [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    rows += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
+    return "\n".join((*rows, "")).encode("ascii")
 
 
-def _trimesh(mesh: Mesh, said: dict[str, str]) -> Any:
-    import trimesh
+def _ply(mesh: Mesh, said: Said) -> bytes:
+    """By ourselves, since trimesh writes float32: shapes far from the origin would lose their digits."""
+    vertices, triangles = mesh
+    corners = np.ascontiguousarray(vertices, "<f8")
+    faces = np.empty(len(triangles), [("n", "u1"), ("numbers", "<i4", 3)])
+    faces["n"], faces["numbers"] = 3, triangles
+    return ply(
+        f"a {said['kind']} [{said['unit']}]",
+        Element("vertex", ["double x", "double y", "double z"], corners),
+        Element("face", ["list uchar int vertex_indices"], faces),
+    )
 
-    return trimesh.Trimesh(*mesh, process=False, metadata=said)
+
+def _stl(mesh: Mesh, said: Said) -> bytes:
+    return bytes(_trimesh(mesh, said).export(file_type="stl"))
 
 
-def _scene(mesh: Mesh, said: dict[str, str]) -> Any:
+def _glb(mesh: Mesh, said: Said) -> bytes:
     """A mesh about the origin in a node that says where it is: vertices of a GLB are float32."""
     import trimesh
 
@@ -68,7 +71,16 @@ def _scene(mesh: Mesh, said: dict[str, str]) -> Any:
     place = trimesh.transformations.translation_matrix(where)
     local = _trimesh((vertices - where, triangles), said)
     scene.add_geometry(local, said["kind"], said["kind"], transform=place)
-    return scene
+    return bytes(scene.export(file_type="glb"))
+
+
+def _trimesh(mesh: Mesh, said: Said) -> Any:
+    import trimesh
+
+    return trimesh.Trimesh(*mesh, process=False, metadata=said)
+
+
+_WRITERS: dict[str, Callable[[Mesh, Said], bytes]] = {"glb": _glb, "obj": _obj, "stl": _stl, "ply": _ply}
 
 
 def flat(pieces: Pieces, plane: Primitive) -> Mesh:
@@ -77,7 +89,8 @@ def flat(pieces: Pieces, plane: Primitive) -> Mesh:
 
     assert isinstance(plane, Plane)
     corners = np.concatenate([ring for rings in pieces for ring in rings])
-    frame = np.array(basis(plane.normal))
+    # Of size 1, so that no area overflows.
+    frame = np.array(basis(plane.normal)) / np.ptp(corners, axis=0).max()
 
     def seen(ring: Array) -> Array:
         return (ring - corners[0]) @ frame.T

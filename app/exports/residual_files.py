@@ -11,6 +11,7 @@ import numpy as np
 from app.exports.colors import color_limit, diverging
 from app.exports.fitted import Fitted
 from app.exports.options import ExportOptions
+from app.exports.ply import Element, ply
 from fitting.geometry import Array
 
 EPOCH = date(1970, 1, 1)
@@ -49,15 +50,7 @@ def residuals_ply(fitted: Fitted, options: ExportOptions) -> bytes:
     for (_, name, _), column in zip(properties, columns, strict=True):
         table[name] = column
     about = f"residuals of a {fitted.primitive.kind}, from blue at {-limit!r} to red at {limit!r}"
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        f"comment {about}",
-        f"element vertex {len(points)}",
-        *(f"property {type_name} {name}" for type_name, name, _ in properties),
-        "end_header",
-    ]
-    return "\n".join((*header, "")).encode("ascii") + table.tobytes()
+    return ply(about, Element("vertex", [f"{type_name} {name}" for type_name, name, _ in properties], table))
 
 
 def residuals_las(fitted: Fitted, options: ExportOptions) -> bytes:

@@ -17,7 +17,7 @@ CLOSED = ("full sphere", "full torus")
 
 
 def _loaded(content: bytes, file_type: str) -> Any:
-    mesh = trimesh.load(io.BytesIO(content), file_type=file_type, force="mesh")
+    mesh = trimesh.load(io.BytesIO(content), file_type=file_type, force="mesh", process=False)
     if file_type == "stl":
         mesh.merge_vertices()
     return mesh
@@ -48,11 +48,22 @@ def test_a_smaller_chord_error_makes_more_triangles() -> None:
 
 
 @pytest.mark.parametrize("file_type", ["glb", "obj", "ply"])
-def test_a_mesh_far_from_the_origin_keeps_its_digits(file_type: str) -> None:
+@pytest.mark.parametrize(
+    "frame", [Frame(np.array([6e6, 5e5, 400.0]), 1.0), Frame(np.zeros(3), 1e-9)], ids=["far", "tiny"]
+)
+def test_far_and_tiny_meshes_keep_their_digits(frame: Frame, file_type: str) -> None:
     here = recognised("full sphere")
     assert isinstance(here.primitive, Sphere) and here.extents
-    far = Frame(np.array([6e6, 5e5, 400.0]), 1.0)
-    moved = replace(here, primitive=far.restore(here.primitive), extents=here.extents.restored(far))
+    moved = replace(here, primitive=frame.restore(here.primitive), extents=here.extents.restored(frame))
     mesh = _loaded(export(moved, file_type), file_type)
-    assert np.abs(moved.primitive.signed_distance(np.array(mesh.vertices))).max() < 1e-5
+    assert np.abs(moved.primitive.signed_distance(np.array(mesh.vertices))).max() < 1e-5 * frame.scale
     assert mesh.is_watertight
+
+
+def test_a_plane_of_any_size_is_triangulated() -> None:
+    here = recognised("plane")
+    assert here.primitive and here.extents
+    huge = Frame(np.zeros(3), 1e90)
+    moved = replace(here, primitive=huge.restore(here.primitive), extents=here.extents.restored(huge))
+    n_faces = [export(each, "obj").count(b"\nf ") for each in (here, moved)]
+    assert n_faces[0] == n_faces[1] > 0
