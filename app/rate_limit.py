@@ -44,11 +44,16 @@ class RateLimit:
 
 
 def _household(address: str) -> str:
-    """The address, or of IPv6 the network that one subscriber has for himself."""
+    """The address, or of IPv6 the network that one subscriber has for himself.
+
+    A proxy may write an IPv4 address as one of IPv6, `::ffff:192.0.2.1`: all of these are in one network.
+    """
     try:
         parsed = ipaddress.ip_address(address)
     except ValueError:
         return address
-    if parsed.version == 4:
+    if isinstance(parsed, ipaddress.IPv4Address):
         return address
+    if parsed.ipv4_mapped is not None:
+        return str(parsed.ipv4_mapped)
     return str(ipaddress.ip_network((parsed, _IPV6_PREFIX), strict=False))

@@ -214,6 +214,15 @@ def test_an_ipv6_client_is_its_network() -> None:
     limit.hit(None, "not an address")
 
 
+def test_an_ipv4_client_is_its_address_however_written() -> None:
+    limit = RateLimit("2/day")
+    limit.hit(None, "::ffff:192.0.2.1")
+    limit.hit(None, "192.0.2.1")
+    with pytest.raises(RateLimitedError):
+        limit.hit(None, "::ffff:192.0.2.1")
+    limit.hit(None, "::ffff:192.0.2.2")
+
+
 @pytest.mark.parametrize(
     ("address", "alone"), [("127.0.0.1", True), ("::1", True), ("0.0.0.0", False), ("fe80::1%eth0", False)]
 )
