@@ -101,14 +101,14 @@ class PrimitiveFitter(OutlierMixin, BaseEstimator):
             standard_deviations=standard_deviations,
             **self.get_params(deep=False),
         )
-        found, error, noise = recognition.primitive, recognition.error, recognition.noise
-        if found is None or error is None or noise is None:
+        found, inliers, noise = recognition.primitive, recognition.inliers, recognition.noise
+        if found is None or inliers is None or noise is None:
             raise InvalidPointCloudError(f"no primitive was found: {recognition.message}", "X")
         self.recognition_: Recognition = recognition
         self.primitive_: Primitive = found
         distance = np.abs(found.signed_distance(points))
-        farthest = np.sort(distance)[max(round(error.inlier_share * len(points)), 1) - 1]
-        self.inlier_threshold_ = float(max(OUTLIER * noise.scale, farthest, rounding_of(points).size))
+        farthest = float(distance[inliers.among(points)].max(initial=0.0))
+        self.inlier_threshold_ = max(OUTLIER * noise.scale, farthest, rounding_of(points).size)
         self.offset_ = -self.inlier_threshold_
         self.inlier_mask_: NDArray[np.bool_] = distance <= self.inlier_threshold_
         return self
