@@ -11,6 +11,9 @@ from fitting.errors import InvalidPointCloudError
 
 WANTED = "give an array (N, 3), a table with columns x, y, z, or an object that holds points or vertices"
 
+_NUMBERS = "biufO"
+"""Kinds of arrays that may hold real numbers: no complex ones, texts, dates or records."""
+
 
 def as_cloud(given: Any) -> tuple[Array, Array | None]:
     """The points (N, 3) of an object, and the unit normals (N, 3) that it holds, if it does.
@@ -67,13 +70,15 @@ def _columns(given: Any, names: list[str]) -> tuple[Array, Array | None]:
 
 
 def as_floats(values: Any, field: str) -> Array:
-    """An array of float64; raises `InvalidPointCloudError` for what is no array of numbers."""
+    """An array of float64, NaN where it is masked.
+
+    Raises `InvalidPointCloudError` for what is no array of numbers.
+    """
     try:
         array = as_array(values)
-        if isinstance(values, np.ma.MaskedArray):  # what is masked is no number
-            array = np.ma.filled(values.astype(np.float64), np.nan)
-        if array.ndim and not np.iscomplexobj(array):
-            return np.asarray(array, np.float64)
+        if array.ndim and array.dtype.kind in _NUMBERS:
+            floats = np.asarray(array, np.float64)
+            return np.where(values.mask, np.nan, floats) if np.ma.isMaskedArray(values) else floats
     except (TypeError, ValueError, RuntimeError) as error:
         raise _no_numbers(values, field) from error
     raise _no_numbers(values, field)

@@ -101,6 +101,8 @@ def test_open3d_with_its_normals() -> None:
         ("cloud.ply", "str"),
         (object(), "object"),
         (POINTS + 1j, "ndarray"),
+        (POINTS.astype(str), "ndarray"),
+        (POINTS.astype("M8[s]"), "ndarray"),
         (CYLINDER, "Cylinder"),
         ((row for row in POINTS), "generator"),
     ],
