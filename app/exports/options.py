@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from fitting.errors import InvalidOptionError
+from fitting.values import number
 
 Unit = Literal["mm", "m", "inch"]
 UNITS: tuple[str, ...] = get_args(Unit)
@@ -26,9 +27,7 @@ class ExportOptions:
     def __post_init__(self) -> None:
         if self.unit not in UNITS:
             raise InvalidOptionError(f"unit is {self.unit!r:.40}; allowed are {', '.join(UNITS)}", "unit")
-        if not isinstance(self.chord_error, int | float):
-            raise InvalidOptionError(f"chord_error is {self.chord_error!r:.40}, not a number", "chord_error")
-        if not SMALLEST_ERROR <= self.chord_error <= LARGEST_ERROR:
+        if not SMALLEST_ERROR <= number("chord_error", self.chord_error) <= LARGEST_ERROR:
             raise InvalidOptionError(
                 f"chord_error is {self.chord_error:g}; it is a share of the size in "
                 f"[{SMALLEST_ERROR:g}, {LARGEST_ERROR:g}]",

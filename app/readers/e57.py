@@ -5,9 +5,12 @@ file, and the records are read piece by piece, so that a count costs nothing unt
 """
 
 import struct
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any
 from xml.parsers import expat
 
@@ -35,11 +38,9 @@ def read_e57(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
         message = "E57 is read where primfit is installed with its extra e57, which is missing here"
         raise UnreadableFileError("file", message) from None
     _check_xml(_xml(data))
-    with TemporaryDirectory() as folder:
-        path = Path(folder, "cloud.e57")
-        path.write_bytes(data)
+    with _as_file(data) as path:
         try:
-            with pye57.E57(str(path)) as file:
+            with pye57.E57(path) as file:
                 return _read(file, len(data), limits, labels)
         except UnreadableFileError:
             raise
@@ -47,6 +48,24 @@ def read_e57(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
             raise UnreadableFileError(
                 "file", "the E57 file is damaged, or of an unusual structure"
             ) from error
+
+
+@contextmanager
+def _as_file(data: memoryview) -> Iterator[str]:
+    """The path of a file that holds the data: libE57 reads nothing else.
+
+    On Linux it has no name of its own, so nothing is left of it where the process is killed meanwhile.
+    """
+    if sys.platform == "linux":
+        with TemporaryFile() as file:
+            file.write(data)
+            file.flush()
+            yield f"/proc/self/fd/{file.fileno()}"
+    else:
+        with TemporaryDirectory() as folder:
+            path = Path(folder, "cloud.e57")
+            path.write_bytes(data)
+            yield str(path)
 
 
 def _xml(data: memoryview) -> bytes:
