@@ -1,13 +1,15 @@
 """What a caller may ask of the fit."""
 
-import math
 from dataclasses import dataclass
 from typing import Literal, get_args
+
+import numpy as np
 
 from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.errors import InvalidOptionError
 from fitting.guess import guess_of
 from fitting.primitives import KINDS, PRIMITIVES, Primitive, parameters
+from fitting.values import number
 
 Criterion = Literal[
     "robust",
@@ -85,14 +87,12 @@ class Config:
                 f"kinds allows only {', '.join(self.kinds)}",
                 "kinds",
             )
-        if self.max_error is not None and not isinstance(self.max_error, int | float):
-            raise InvalidOptionError(f"max_error is {self.max_error!r:.40}, not a number", "max_error")
-        if self.max_error is not None and not (math.isfinite(self.max_error) and 0.0 < self.max_error <= 1.0):
+        if self.max_error is not None and not 0.0 < number("max_error", self.max_error) <= 1.0:
             raise InvalidOptionError(
                 f"max_error is {self.max_error:g}; it is a share of the bounding-box diagonal in (0, 1]",
                 "max_error",
             )
-        if not isinstance(self.seed, int) or isinstance(self.seed, bool):
+        if not isinstance(self.seed, int | np.integer) or isinstance(self.seed, bool):
             raise InvalidOptionError(f"seed is {self.seed!r:.40}, not a whole number", "seed")
         if not 0 <= self.seed < 2**63:
             raise InvalidOptionError("seed must lie between 0 and 2^63 - 1", "seed")

@@ -309,6 +309,12 @@ def test_options_out_of_range_are_named(options: dict, field: str) -> None:
     assert caught.value.field == field
 
 
+def test_numbers_of_numpy_are_numbers() -> None:
+    points = noisy(EXAMPLES["plane"], 100, 0.01)
+    config = Config(seed=np.int64(3), max_error=np.float32(0.5))  # type: ignore[arg-type]
+    assert recognize(points, config).to_json() == recognize(points, Config(seed=3, max_error=0.5)).to_json()
+
+
 def test_the_noise_model_says_what_was_put_in() -> None:
     rng = np.random.default_rng(4)
     points = sample(EXAMPLES["sphere"], 3000)
