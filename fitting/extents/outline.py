@@ -181,13 +181,13 @@ def _area(ring: Any) -> float:
 
 def _fills(shape: Any, corners: Array, depth: float) -> bool:
     """Whether it is one piece without holes, and nowhere deeper than so within a convex outline."""
+    import shapely
+
     if len(shape.geoms) != 1 or shape.geoms[0].interiors:
         return False
-    along = np.concatenate([corners[1:], corners[:1]]) - corners
-    inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.sqrt(np.sum(along**2, axis=1))[:, None]
-    ring = np.asarray(shape.geoms[0].exterior.coords)
-    depths = ring @ inward.T - np.einsum("ki,ki->k", corners, inward)
-    return bool(depths.min(axis=1).max() <= depth)
+    deeper = shapely.buffer(shapely.Polygon(corners), -depth, join_style="mitre")
+    shapely.prepare(deeper)
+    return not shapely.contains_xy(deeper, shapely.get_coordinates(shape)).any()
 
 
 def _tidied(shape: Any, near: _Near, blur: float) -> Any:

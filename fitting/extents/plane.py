@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.spatial import ConvexHull
-from scipy.spatial.distance import cdist
+from scipy.spatial import ConvexHull, cKDTree
 
 from fitting.extents.grid import Grid
 from fitting.extents.outline import concave
@@ -21,6 +20,8 @@ REACH = 3.0
 MOST_STRAY = 20
 """At most one in so many points is dropped as stray."""
 
+ROUNDED = 0.5
+"""An outline that turns back by less than this is straight but for rounding [rad]."""
 
 OCTAGON = np.stack([np.cos(np.arange(8) * np.pi / 4.0), np.sin(np.arange(8) * np.pi / 4.0)], axis=1)
 
@@ -88,8 +89,9 @@ def _outlined(flat: Array) -> tuple[Array, Array]:
     while True:
         corners = _hull(kept)
         reach = REACH * np.sqrt(_area(kept[corners]) / len(kept))
-        close = cdist(kept[corners], kept, "sqeuclidean") <= reach**2
-        stray = corners[[np.count_nonzero(row) - 1 < NEIGHBOURS for row in close]]
+        tree = cKDTree(kept, balanced_tree=False, compact_nodes=False)
+        farthest = tree.query(kept[corners], k=[NEIGHBOURS + 1])[0][:, 0]  # the first is the corner itself
+        stray = corners[farthest > reach]
         dropped += len(stray)
         if len(stray) == 0 or dropped > len(flat) // MOST_STRAY:
             return kept, kept[corners]
@@ -138,12 +140,24 @@ def _area(corners: Array) -> float:
 
 
 def _rectangle(corners: Array) -> tuple[Array, Array, Array]:
-    """Directions (2, 2), centre (2,) and sizes (2,) of the rectangle of least area; it lies along an edge."""
+    """Directions (2, 2), centre (2,) and sizes (2,) of the rectangle of least area; it lies along an edge.
+
+    Its other sides touch the corners where the outline has turned by a quarter, a half, and three quarters
+    since that edge (Toussaint, "Solving geometric problems with the rotating calipers", MELECON 1983).
+    """
     edges = _following(corners) - corners
     along = edges / np.sqrt(np.einsum("ki,ki->k", edges, edges))[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    spread = np.stack([corners @ along.T, corners @ across.T])
-    low, high = spread.min(axis=1), spread.max(axis=1)
+    angle = np.arctan2(along[:, 1], along[:, 0])
+    bend = np.mod(np.diff(angle) + ROUNDED, 2.0 * np.pi) - ROUNDED
+    turned = np.concatenate([[0.0], np.cumsum(np.maximum(bend, 0.0))])
+
+    def reached(quarters: int, directions: Array) -> Array:
+        first = np.searchsorted(turned, np.mod(turned + quarters * np.pi / 2.0, 2.0 * np.pi))
+        return np.einsum("ki,ki->k", corners[first % len(corners)], directions)
+
+    low = np.stack([reached(3, along), np.einsum("ki,ki->k", corners, across)])
+    high = np.stack([reached(1, along), reached(2, across)])
     size = high - low
     best = int(np.argmin(size[0] * size[1]))
     order = np.argsort(-size[:, best], kind="stable")
@@ -157,14 +171,12 @@ def _coverage(points: Array, corners: Array) -> float:
 
     Both as seen along the sides of the rectangle.
     """
+    import shapely
+
     side = np.sqrt(POINTS_A_CELL * abs(_area(corners)) / len(points))
     low = corners.min(axis=0)
     grid = Grid.of(points, low, corners.max(axis=0) - low, side)
-    centers = grid.centers(np.ones_like(grid.counts))
-    edges = _following(corners) - corners
-    turned = np.sign(_area(corners)) * (
-        edges[:, 0] * (centers[:, 1, None] - corners[:, 1])
-        - edges[:, 1] * (centers[:, 0, None] - corners[:, 0])
-    )
-    inside = np.all(turned >= 0.0, axis=1)
+    outline = shapely.Polygon(corners)
+    shapely.prepare(outline)
+    inside = shapely.intersects_xy(outline, *grid.centers(np.ones_like(grid.counts)).T)
     return float((grid.counts.ravel()[inside] > 0).mean()) if inside.any() else 1.0

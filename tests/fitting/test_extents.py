@@ -1,12 +1,13 @@
 """Extents of pieces with known cuts, of all five kinds, clean and with noise and outliers."""
 
+import tracemalloc
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fitting.config import Config
-from fitting.extents import EXTENTS, extents_of
+from fitting.extents import EXTENTS, PlaneExtents, extents_of
 from fitting.geometry import Array, around_axis, basis
 from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus
 from fitting.recognize import recognize
@@ -252,3 +253,18 @@ def test_a_triangle_is_its_own_outline() -> None:
 
 def test_points_on_one_line_of_a_plane_have_no_outline() -> None:
     assert extents_of(PLANE, PLANE.surface(np.linspace(0.0, 1.0, 10), np.zeros(10)), 0.0) is None
+
+
+def test_an_outline_of_many_corners_takes_little_memory() -> None:
+    n = 4000
+    angle = np.random.default_rng(5).uniform(0.0, 2.0 * np.pi, n)
+    ellipse = np.stack([3.0 * np.cos(angle), 2.0 * np.sin(angle), np.zeros(n)], axis=1)
+    tracemalloc.start()
+    extents = extents_of(Plane([0.0, 0.0, 1.0], [0.0, 0.0, 0.0]), ellipse, 0.0)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert isinstance(extents, PlaneExtents) and len(extents.outline) == n
+    assert (extents.length, extents.width) == pytest.approx((6.0, 4.0), rel=1e-5)
+    assert abs(extents.length_direction[0]) == pytest.approx(1.0, abs=1e-5)
+    assert extents.area == pytest.approx(6.0 * np.pi, rel=1e-4)
+    assert peak < 8 * n**2  # one distance for each two corners
