@@ -22,21 +22,18 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from fitting.bending import bent
 from fitting.cloud import Cloud
 from fitting.geometry import TINY, Array
 from fitting.nesting import LARGEST_TURN
 from fitting.primitives import Primitive
+from fitting.programme import SLACK, Linear, linear_programme
 from fitting.refine import linearize_along, stepped
 from fitting.result import FailedFit
 
 STEPS = 80
 """Accepted and refused steps after which a start is given up."""
-
-ENTERING = 12
-"""Points that enter the linear programme at a time, the most violated first."""
 
 AT_REST = 1e-15
 """A step that promises less, in the normalised frame, is not worth taking."""
@@ -75,12 +72,6 @@ TRUSTED = 1e-6
 
 REACH = 4.0
 """Newton's step is cut to so many radii of the trust region."""
-
-OUT_OF_REACH = 1e6
-"""Values that are farther below the largest than this many radii of the trust region count as so far."""
-
-SLACK = 1e-9
-"""Violations and multipliers below this are none, in radii of the trust region."""
 
 ACTIVE_CHANGES = 20
 """Points that may enter or leave the active set within one Newton step."""
@@ -252,7 +243,7 @@ def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> End:
         place = Place.at(task, primitive, points, values)
         if task is MAXIMUM_INSCRIBED and -place.worst > cloud.diagonal:
             return End(primitive, False)
-        linear = _linear_programme(values, place.slopes, region, candidates)
+        linear = linear_programme(values, place.slopes, region, candidates)
         if linear is None:
             return End(primitive, False)
         if linear.promised <= AT_REST or region <= SMALLEST_REGION:
@@ -264,7 +255,7 @@ def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> End:
         ends = [place.followed(step) for step in steps]
         if place.worst - min(float(end[1].max()) for end in ends) <= GOOD * linear.promised:
             seen = ends[-1][1] - place.slopes @ linear.step
-            again = _linear_programme(seen, place.slopes, region, candidates)
+            again = linear_programme(seen, place.slopes, region, candidates)
             if again is not None:
                 steps.append(again.step)
                 ends.append(place.followed(again.step))
@@ -292,7 +283,7 @@ def _is_minimum(place: Place, candidates: NDArray[np.intp]) -> bool:
         return True
     if rounding > PROVEN * size or not place.is_determined:
         return False
-    linear = _linear_programme(place.values, place.slopes, NEARBY * size, candidates)
+    linear = linear_programme(place.values, place.slopes, NEARBY * size, candidates)
     return linear is not None and linear.promised <= PROVEN * size
 
 
@@ -303,67 +294,6 @@ def _with_radius(task: Extreme, primitive: Primitive, worst: float) -> Primitive
     step = np.zeros(primitive.dof)
     step[-1] = abs(worst) - primitive.row()[8]
     return stepped(primitive, step)
-
-
-@dataclass(frozen=True)
-class Linear:
-    """The solution of a linear programme.
-
-    Attributes
-    ----------
-    step : (k,)
-    promised : what it lowers the largest value by
-    active : indices (m,) of the values that are the largest then
-    weights : (m,) their multipliers, with sum 1
-    candidates : indices of the values that were looked at
-    """
-
-    step: Array
-    promised: float
-    active: NDArray[np.intp]
-    weights: Array
-    candidates: NDArray[np.intp]
-
-    @property
-    def is_vertex(self) -> bool:
-        """Whether the active values alone determine the step, so that second derivatives have no say."""
-        return len(self.active) > len(self.step)
-
-
-def _linear_programme(
-    values: Array, slopes: Array, region: float, candidates: NDArray[np.intp]
-) -> Linear | None:
-    """Least t with  values + slopes . step <= t  and no component of the step beyond the region.
-
-    It is solved for few of the values, to which those are added that violate the solution, until none does.
-    None where the solver finds no solution, or values are not finite.
-    """
-    if not np.isfinite(values).all():
-        return None
-    k, worst = slopes.shape[1], values.max()
-    headroom = np.minimum((worst - values) / region, OUT_OF_REACH)
-    few = np.union1d(candidates, np.argpartition(headroom, min(ENTERING, len(values) - 1))[:ENTERING])
-    for _ in range(STEPS):
-        found = linprog(
-            np.append(np.zeros(k), 1.0),
-            A_ub=np.column_stack([slopes[few], -np.ones(len(few))]),
-            b_ub=headroom[few],
-            bounds=[(-1.0, 1.0)] * k + [(None, None)],
-            method="highs-ds",
-            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
-        )
-        if found.x is None:
-            return None
-        excess = slopes @ found.x[:k] - headroom - found.x[k]
-        excess[few] = 0.0
-        entering = np.argpartition(-excess, min(ENTERING, len(values) - 1))[:ENTERING]
-        entering = entering[excess[entering] > SLACK]
-        if not len(entering):
-            break
-        few = np.union1d(few, entering)
-    weights = -found.ineqlin.marginals
-    kept = weights > SLACK
-    return Linear(region * found.x[:k], -region * found.x[k], few[kept], weights[kept], few)
 
 
 def _newton_step(place: Place, linear: Linear) -> Array:
