@@ -11,28 +11,29 @@ minimum circumscribed    rho        all but the radius
 maximum inscribed        -rho       all but the radius
 =======================  =========  ===========================
 
-Terms as in ISO 14405-1. Source: sequential linear programming with Newton steps on the active points,
-Fletcher and Sainz de la Maza, "Nonlinear programming and nonsmooth optimization by successive linear
-programming", Mathematical Programming 43, 1989.
+Terms as in ISO 14405-1. Source: sequential linear programming with Newton steps on the active points and
+second-order corrections, Fletcher and Sainz de la Maza, "Nonlinear programming and nonsmooth optimization by
+successive linear programming", Mathematical Programming 43, 1989. An answer is a local minimum that a last
+linear programme confirms, or a failure.
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
+from fitting.bending import bent
 from fitting.cloud import Cloud
-from fitting.geometry import Array
+from fitting.geometry import TINY, Array
+from fitting.nesting import LARGEST_TURN
 from fitting.primitives import Primitive
+from fitting.programme import SLACK, Linear, linear_programme
 from fitting.refine import linearize_along, stepped
 from fitting.result import FailedFit
 
-STEPS = 60
+STEPS = 80
 """Accepted and refused steps after which a start is given up."""
-
-ENTERING = 12
-"""Points that enter the linear programme at a time, the most violated first."""
 
 AT_REST = 1e-15
 """A step that promises less, in the normalised frame, is not worth taking."""
@@ -40,8 +41,25 @@ AT_REST = 1e-15
 SMALLEST_REGION = 1e-16
 """At this radius of the trust region nothing can be gained any more."""
 
-WEAKEST = 1e-6
-"""Relative size below which a direction that the points hardly determine is not stretched any further."""
+NEARBY, PROVEN = 0.01, 1e-6
+"""A minimum is one if no step that changes values by this share of the largest, in the root mean square,
+promises to lower that by more than this share."""
+
+ROUNDED, LARGEST_ROUNDING = 64.0, 1e-11
+"""A largest distance of less than so many roundings, if these are less than this in the normalised frame, is
+none. Rounding grows with the numbers of a surface: near a plane, the distances of a sphere drown in it."""
+
+WEAKEST = 1e-11
+"""Relative size below which rounding hides a direction that the points hardly determine: it is not stretched
+any further, and nothing is proven about it."""
+
+FOLLOWED, STRAIGHT = 4, 1e-3
+"""Moves tried for one step, and the share of it that values may be off what it promised, in the root mean
+square, without another one."""
+
+GOOD, GROWTH, SHRINKAGE = 0.5, 2.0, 0.25
+"""A step that gains more than the first share of what it promised lets the trust region grow to so many of
+its lengths; another one shrinks it."""
 
 DIFFERENCE, LEAST_WIDTH = 1e-3, 1e-7
 """Width of differences for second derivatives, in spreads of the values, and its least, in the frame."""
@@ -53,13 +71,7 @@ TRUSTED = 1e-6
 """A Newton step below this that gains nothing is taken for the last one: what it gains drowns in rounding."""
 
 REACH = 4.0
-"""Newton's step may be so many times as long as the trust region is wide."""
-
-OUT_OF_REACH = 1e6
-"""Values that are farther below the largest than this many radii of the trust region count as so far."""
-
-SLACK = 1e-9
-"""Violations and multipliers below this are none, in radii of the trust region."""
+"""Newton's step is cut to so many radii of the trust region."""
 
 ACTIVE_CHANGES = 20
 """Points that may enter or leave the active set within one Newton step."""
@@ -85,8 +97,9 @@ class Extreme:
         jacobian = jacobian[:, :-1] if self.radial else jacobian
         return np.concatenate([sign * jacobian for sign in self.signs])
 
-    def moved(self, primitive: Primitive, step: Array) -> Primitive:
-        return stepped(primitive, np.append(step, 0.0) if self.radial else step)
+    def padded(self, step: Array) -> Array:
+        """The step (dof,) that one in the coordinates that are varied is."""
+        return np.append(step, 0.0) if self.radial else step
 
 
 MINIMUM_ZONE = Extreme((1.0, -1.0), radial=False)
@@ -96,8 +109,7 @@ MAXIMUM_INSCRIBED = Extreme((-1.0,), radial=True)
 
 def minimum_zone(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
     """The surface whose largest distance is a local minimum, from where a start leads."""
-    end = _descend(MINIMUM_ZONE, start, cloud)
-    return end or FailedFit(f"the minimum zone of a {start.kind} did not come to rest in {STEPS} steps")
+    return _descend(MINIMUM_ZONE, start, cloud).proven("minimum zone", cloud)
 
 
 def minimum_circumscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
@@ -110,8 +122,7 @@ def minimum_circumscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedF
     if row[8] > cloud.diagonal:
         row[3:6] = 0.0
         start = type(start).from_row(row)
-    end = _descend(MINIMUM_CIRCUMSCRIBED, start, cloud)
-    return end or FailedFit(f"the minimum circumscribed {start.kind} did not come to rest in {STEPS} steps")
+    return _descend(MINIMUM_CIRCUMSCRIBED, start, cloud).proven("minimum circumscribed surface", cloud)
 
 
 def maximum_inscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
@@ -120,9 +131,10 @@ def maximum_inscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
     There may be several maxima: the start, and the start shifted and tilted to either side by as much as its
     distances spread, lead to some of them, and the largest is taken.
     """
-    ends = [end for each in _surroundings(start, cloud) if (end := _descend(MAXIMUM_INSCRIBED, each, cloud))]
-    if ends:
-        return max(ends, key=lambda end: float(end.row()[8]))
+    ends = [_descend(MAXIMUM_INSCRIBED, each, cloud) for each in _surroundings(start, cloud)]
+    inscribed = [end.primitive for end in ends if end.is_proven]
+    if inscribed:
+        return max(inscribed, key=lambda end: float(end.row()[8]))
     return FailedFit(
         f"the points do not enclose the {'centre' if start.kind == 'sphere' else 'axis'} of a {start.kind}: "
         "an inscribed one grows without limit, or did not come to rest"
@@ -132,48 +144,147 @@ def maximum_inscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
 def _surroundings(start: Primitive, cloud: Cloud) -> list[Primitive]:
     spread = float(np.ptp(start.signed_distance(cloud.points)))
     steps = spread * np.vstack([np.zeros(start.dof - 1), np.eye(start.dof - 1), -np.eye(start.dof - 1)])
-    return [MAXIMUM_INSCRIBED.moved(start, step) for step in steps]
+    return [stepped(start, MAXIMUM_INSCRIBED.padded(step)) for step in steps]
 
 
-def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> Primitive | None:
-    """The surface at which the largest value has a local minimum, or None where none is reached.
+@dataclass(frozen=True)
+class End:
+    """Where the steps end, and whether the last linear programme proves that to be a minimum."""
 
-    Every step solves the linear programme in a trust region, takes a Newton step on the points that are
-    active there, and goes on with whichever of the two gains more.
+    primitive: Primitive
+    is_proven: bool
+
+    def proven(self, what: str, cloud: Cloud) -> Primitive | FailedFit:
+        """The minimum, or why there is none; `what` names it."""
+        if self.is_proven:
+            return self.primitive
+        kind, limit = self.primitive.kind, self._limit(cloud)
+        why = f", where the {kind} can hardly be told from a {limit}" if limit else ""
+        return FailedFit(f"the steps to the {what} of a {kind} did not come to rest{why}")
+
+    def _limit(self, cloud: Cloud) -> str:
+        """The simpler kind that the surface almost is where the points are, or nothing."""
+        normals = self.primitive.gradient(cloud.points)
+        if np.linalg.norm(normals - normals.mean(axis=0), axis=1).max() < LARGEST_TURN:
+            return "plane"
+        return " or a ".join(self.primitive.simpler_kinds(cloud.diagonal))
+
+
+@dataclass(frozen=True)
+class Place:
+    """A surface on the way, linearised.
+
+    Attributes
+    ----------
+    task, primitive, points : what is made small, of which surface, over which points (N, 3)
+    values : g (M,)
+    slopes : (M, k) derivatives of the values in coordinates in which a unit step changes them by 1 in the
+        root mean square
+    whitening : (k, k) from these coordinates to those of `Extreme.slopes`
+    is_determined : whether rounding hides no direction
+    """
+
+    task: Extreme
+    primitive: Primitive
+    points: Array
+    values: Array
+    slopes: Array
+    whitening: Array
+    is_determined: bool
+
+    @classmethod
+    def at(cls, task: Extreme, primitive: Primitive, points: Array, values: Array) -> Self:
+        slopes = task.slopes(primitive, primitive, points)
+        triangle = np.linalg.qr(slopes, mode="r") / np.sqrt(len(slopes))
+        lengths = np.linalg.norm(triangle, axis=0) + TINY
+        _, sizes, vectors = np.linalg.svd(triangle / lengths)
+        weakest = WEAKEST * sizes[0]
+        whitening = vectors.T / np.maximum(sizes, weakest) / lengths[:, None]
+        return cls(task, primitive, points, values, slopes @ whitening, whitening, bool(sizes[-1] > weakest))
+
+    @property
+    def worst(self) -> float:
+        return float(self.values.max())
+
+    def followed(self, step: Array) -> tuple[Primitive, Array]:
+        """The surface after a step (k,), and its values: of a few moves the one whose largest value is least.
+
+        Each move corrects the one before by what the values are off, as far as a step can undo that: so they
+        change by what the step promises even where the coordinates are strongly curved.
+        """
+        wanted = self.values + self.slopes @ step
+        accepted = STRAIGHT * float(np.linalg.norm(step))
+        best: tuple[Primitive, Array] | None = None
+        for _ in range(FOLLOWED):
+            move = bent(self.primitive, self.task.padded(self.whitening @ step))
+            values = self.task.values(move, self.points)
+            if best is None or values.max() < best[1].max():
+                best = move, values
+            correction = self.slopes.T @ (values - wanted) / len(values)
+            if not np.linalg.norm(correction) > accepted:
+                break
+            step = step - correction
+        assert best is not None
+        return best
+
+
+def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> End:
+    """Where the largest value has a local minimum, if that is reached.
+
+    Every step solves the linear programme in a trust region and takes a Newton step on the points that are
+    active there. Where neither gains what was promised, the programme is solved once more with the values
+    that the surfaces' curvature brought about, a second-order correction. The step that gains most is taken.
     """
     points, primitive = cloud.points, start
     values = task.values(primitive, points)
     region = max(float(np.ptp(values)), SMALLEST_SPREAD * cloud.diagonal if task.radial else cloud.tolerance)
     candidates = np.empty(0, np.intp)
     for _ in range(STEPS):
-        worst = float(values.max())
-        if task is MAXIMUM_INSCRIBED and -worst > cloud.diagonal:
-            return None
-        slopes = task.slopes(primitive, primitive, points)
-        whitening = _whitening(slopes)
-        slopes = slopes @ whitening
-        linear = _linear_programme(values, slopes, region, candidates)
+        place = Place.at(task, primitive, points, values)
+        if task is MAXIMUM_INSCRIBED and -place.worst > cloud.diagonal:
+            return End(primitive, False)
+        linear = linear_programme(values, place.slopes, region, candidates)
         if linear is None:
-            return None
+            return End(primitive, False)
         if linear.promised <= AT_REST or region <= SMALLEST_REGION:
-            return _with_radius(task, primitive, worst)
+            break
         candidates = linear.candidates
-        curved = _newton_step(task, primitive, points, values, slopes, whitening, linear)
-        steps = [step for step in (curved, linear.step) if np.abs(step).max() <= REACH * region]
-        moves = [task.moved(primitive, whitening @ step) for step in steps]
-        reached = [task.values(move, points) for move in moves]
-        best = int(np.argmin([new.max() for new in reached]))
-        gain, length = worst - float(reached[best].max()), float(np.abs(steps[best]).max())
-        if gain <= 0.0:
-            if np.abs(curved).max() <= TRUSTED and reached[0].max() <= worst + AT_REST:
-                return _with_radius(task, moves[0], float(reached[0].max()))
-            region *= 0.25
+        newton = linear.step if linear.is_vertex else _newton_step(place, linear)
+        curved = newton * min(1.0, REACH * region / max(float(np.abs(newton).max()), region))
+        steps = [linear.step] if linear.is_vertex else [curved, linear.step]
+        ends = [place.followed(step) for step in steps]
+        if place.worst - min(float(end[1].max()) for end in ends) <= GOOD * linear.promised:
+            seen = ends[-1][1] - place.slopes @ linear.step
+            again = linear_programme(seen, place.slopes, region, candidates)
+            if again is not None:
+                steps.append(again.step)
+                ends.append(place.followed(again.step))
+        best = int(np.argmin([end[1].max() for end in ends]))
+        gain, length = place.worst - float(ends[best][1].max()), float(np.abs(steps[best]).max())
+        if not gain > 0.0:
+            if np.abs(newton).max() <= TRUSTED and ends[0][1].max() <= place.worst + AT_REST:
+                primitive, values = ends[0]
+                break
+            region *= SHRINKAGE
             continue
-        good = gain > 0.5 * linear.promised
-        kept = region if good else 0.25 * region
-        region = max(kept, 2.0 * length) if good or steps[best] is curved else kept
-        primitive, values = moves[best], reached[best]
-    return None
+        good = gain > GOOD * linear.promised
+        kept = region if good else SHRINKAGE * region
+        region = max(kept, GROWTH * length) if good or steps[best] is curved else kept
+        primitive, values = ends[best]
+    place = Place.at(task, primitive, points, values)
+    return End(_with_radius(task, primitive, place.worst), _is_minimum(place, candidates))
+
+
+def _is_minimum(place: Place, candidates: NDArray[np.intp]) -> bool:
+    """Whether the linear programme promises next to nothing any more; see `PROVEN`."""
+    size = abs(place.worst)
+    rounding = float(np.finfo(np.float64).eps) * max(1.0, float(np.abs(place.primitive.row()).max()))
+    if not place.task.radial and size <= ROUNDED * rounding <= LARGEST_ROUNDING:
+        return True
+    if rounding > PROVEN * size or not place.is_determined:
+        return False
+    linear = linear_programme(place.values, place.slopes, NEARBY * size, candidates)
+    return linear is not None and linear.promised <= PROVEN * size
 
 
 def _with_radius(task: Extreme, primitive: Primitive, worst: float) -> Primitive:
@@ -185,84 +296,14 @@ def _with_radius(task: Extreme, primitive: Primitive, worst: float) -> Primitive
     return stepped(primitive, step)
 
 
-def _whitening(slopes: Array) -> Array:
-    """Coordinates (k, k) in which a unit step changes the values by 1 in the root mean square."""
-    sizes, vectors = np.linalg.eigh(slopes.T @ slopes / len(slopes))
-    return vectors / np.sqrt(np.maximum(sizes, WEAKEST**2 * sizes[-1]))
-
-
-@dataclass(frozen=True)
-class Linear:
-    """The solution of a linear programme.
-
-    Attributes
-    ----------
-    step : (k,)
-    promised : what it lowers the largest value by
-    active : indices (m,) of the values that are the largest then
-    weights : (m,) their multipliers, with sum 1
-    candidates : indices of the values that were looked at
-    """
-
-    step: Array
-    promised: float
-    active: NDArray[np.intp]
-    weights: Array
-    candidates: NDArray[np.intp]
-
-
-def _linear_programme(
-    values: Array, slopes: Array, region: float, candidates: NDArray[np.intp]
-) -> Linear | None:
-    """Least t with  values + slopes . step <= t  and no component of the step beyond the region.
-
-    It is solved for few of the values, to which those are added that violate the solution, until none does.
-    None where the solver finds no solution.
-    """
-    k, worst = slopes.shape[1], values.max()
-    headroom = np.minimum((worst - values) / region, OUT_OF_REACH)
-    few = np.union1d(candidates, np.argpartition(headroom, min(ENTERING, len(values) - 1))[:ENTERING])
-    for _ in range(STEPS):
-        found = linprog(
-            np.append(np.zeros(k), 1.0),
-            A_ub=np.column_stack([slopes[few], -np.ones(len(few))]),
-            b_ub=headroom[few],
-            bounds=[(-1.0, 1.0)] * k + [(None, None)],
-            method="highs-ds",
-            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
-        )
-        if found.x is None:
-            return None
-        excess = slopes @ found.x[:k] - headroom - found.x[k]
-        excess[few] = 0.0
-        entering = np.argpartition(-excess, min(ENTERING, len(values) - 1))[:ENTERING]
-        entering = entering[excess[entering] > SLACK]
-        if not len(entering):
-            break
-        few = np.union1d(few, entering)
-    weights = -found.ineqlin.marginals
-    kept = weights > SLACK
-    return Linear(region * found.x[:k], -region * found.x[k], few[kept], weights[kept], few)
-
-
-def _newton_step(
-    task: Extreme,
-    primitive: Primitive,
-    points: Array,
-    values: Array,
-    slopes: Array,
-    whitening: Array,
-    linear: Linear,
-) -> Array:
+def _newton_step(place: Place, linear: Linear) -> Array:
     """The step (k,) to where the active values are equal and stationary, by their second derivatives.
 
     Values leave the active set where their multiplier is negative, and candidates enter that would exceed the
     others.
     """
-    hessian = _hessian(
-        task, primitive, points, whitening, linear, max(DIFFERENCE * float(np.ptp(values)), LEAST_WIDTH)
-    )
-    k, active, near = len(whitening), list(linear.active), linear.candidates
+    hessian, values, slopes = _hessian(place, linear), place.values, place.slopes
+    k, active, near = len(hessian), list(linear.active), linear.candidates
     step = np.zeros(k)
     for _ in range(ACTIVE_CHANGES):
         m = len(active)
@@ -284,17 +325,18 @@ def _newton_step(
     return step
 
 
-def _hessian(
-    task: Extreme, primitive: Primitive, points: Array, whitening: Array, linear: Linear, width: float
-) -> Array:
+def _hessian(place: Place, linear: Linear) -> Array:
     """Second derivatives (k, k) of the weighted sum of the active values, by central differences."""
+    points, whitening = place.points, place.whitening
     which, side = linear.active % len(points), linear.active // len(points)
-    there, place = points[which], side * len(which) + np.arange(len(which))
+    there, row = points[which], side * len(which) + np.arange(len(which))
 
     def gradient(step: Array) -> Array:
-        moved = task.moved(primitive, whitening @ step)
-        return linear.weights @ task.slopes(primitive, moved, there)[place] @ whitening
+        moved = stepped(place.primitive, place.task.padded(whitening @ step))
+        return linear.weights @ place.task.slopes(place.primitive, moved, there)[row] @ whitening
 
-    widths = width * np.eye(len(whitening))
-    rows = np.array([gradient(step) - gradient(-step) for step in widths]) / (2.0 * widths[0, 0])
+    width = max(DIFFERENCE * float(np.ptp(place.values)), LEAST_WIDTH)
+    rows = np.array([gradient(step) - gradient(-step) for step in width * np.eye(len(whitening))]) / (
+        2.0 * width
+    )
     return 0.5 * (rows + rows.T)

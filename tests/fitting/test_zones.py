@@ -6,16 +6,35 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from fitting.cloud import Cloud
 from fitting.config import Config
 from fitting.errors import InvalidOptionError
+from fitting.normalize import Frame
 from fitting.primitives import Cylinder, Primitive, Sphere, parameters
 from fitting.recognize import recognize
+from fitting.result import FailedFit
+from fitting.zones import minimum_zone
+from synthetic import ScannerRecipe
+from synthetic import cloud as draw
+from synthetic.recipes import Range
 from tests.fitting import oracles
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
 
 Array = np.ndarray
 
 examples = pytest.mark.parametrize("primitive", EXAMPLES.values(), ids=EXAMPLES.keys())
+WEAK = ScannerRecipe(
+    seed=77,
+    points=Range(30, 3000),
+    noise=Range(1e-5, 0.01),
+    noiseless=0.1,
+    outliers=Range(0.0, 0.0),
+    without_outliers=1.0,
+    arc=Range(20.0, 360.0),
+    whole=0.2,
+    decidable=False,
+)
+
 round_kinds = pytest.mark.parametrize("kind", ["sphere", "cylinder"])
 
 
@@ -176,6 +195,51 @@ def test_the_three_radii_hold_each_other(kind: str) -> None:
     assert inscribed.radius < zone.radius < circumscribed.radius  # type: ignore[attr-defined]
     for other in (inscribed, circumscribed):
         assert np.ptp(zone.signed_distance(points)) <= np.ptp(other.signed_distance(points))
+
+
+@pytest.mark.parametrize(("index", "kind"), [(79, "torus"), (217, "cylinder"), (328, "cone"), (239, "torus")])
+def test_pieces_that_determine_a_shape_weakly_have_a_minimum_zone(index: int, kind: str) -> None:
+    """Short arcs of few points with noise, whose curvature drifts far on the way to the minimum."""
+    piece = draw(WEAK, index)
+    zone = answer(piece.points, kind, "minimum_zone")
+    assert piece.kind == kind
+    frame = Frame.of(piece.points)
+    points, zone = frame.normalize(piece.points), frame.bring(zone)
+    assert largest(zone, points) <= polished(kind, zone, points, "zone") * (1.0 + 1e-6)
+
+
+@round_kinds
+def test_a_surface_that_starts_on_the_wrong_side_bends_over(kind: str) -> None:
+    """The minimum zone of a shallow bowl is the same from a dome: it passes through the plane."""
+    x, y = np.random.default_rng(3).uniform(-1.0, 1.0, (2, 200))
+    bowl = np.stack([x, y, 0.05 * (x**2 + y**2 * (kind == "sphere"))], axis=1)
+    cloud = Cloud.prepare(
+        bowl + np.random.default_rng(4).normal(0.0, 0.01, bowl.shape), None, np.random.default_rng(0)
+    )
+    ends = []
+    for z in (30.0, -30.0):
+        start = (
+            Sphere([0.0, 0.0, z], 30.0)
+            if kind == "sphere"
+            else Cylinder([0.0, 1.0, 0.0], [0.0, 0.0, z], 30.0)
+        )
+        end = minimum_zone(start, cloud)
+        assert not isinstance(end, FailedFit), end.reason
+        ends.append(largest(end, cloud.points))
+    assert ends[0] == pytest.approx(ends[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("sigma", [1e-7, 1e-10])
+@round_kinds
+def test_a_surface_that_is_a_plane_to_the_last_digits_says_so(kind: str, sigma: float) -> None:
+    """Its radius is so large that the distances drown in rounding, or seem to be 0."""
+    x, y = np.random.default_rng(5).uniform(-1.0, 1.0, (2, 60))
+    points = np.stack([x, y, np.random.default_rng(6).normal(0.0, sigma, 60)], axis=1)
+    found = recognize(points, Config(kinds=(kind,), criterion="minimum_zone"))  # type: ignore[arg-type]
+    assert found.status == "no_fit"
+    reason = found.attempts[0].reason
+    assert f"the minimum zone of a {kind} did not come to rest" in reason
+    assert f"the {kind} can hardly be told from a plane" in reason
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
