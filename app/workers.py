@@ -101,11 +101,12 @@ class _Worker:
 
     def _start_process(self) -> None:
         self._pipe, theirs = socket.socketpair()
+        process = self._context.Process(
+            target=_serve, args=(theirs, self._warm, self._work), daemon=True, name="primfit-worker"
+        )
         with theirs:
-            self._process = self._context.Process(
-                target=_serve, args=(theirs, self._warm, self._work), daemon=True, name="primfit-worker"
-            )
-            self._process.start()
+            process.start()
+        self._process = process
         if self._stopped:
             self.kill()
 
@@ -178,7 +179,7 @@ class WorkerPool:
         self._warm: set[_Worker] = set()
         self._tasks: set[asyncio.Task[Any]] = set()
         self._time_limit, self._queue_size = time_limit, queue_size
-        self.n_waiting, self.n_busy = 0, 0
+        self.n_waiting, self.n_busy, self._n_queued = 0, 0, 0
         self._turns, self._n_batches = asyncio.Semaphore(size), 0
 
     @property
@@ -211,13 +212,13 @@ class WorkerPool:
 
         Raises `BusyError`, `TimeLimitError`, `WorkerDiedError`; returns None for an abandoned job.
         """
-        if not self._free.empty():
+        if not self._free.empty() and not self._n_queued:
             return await self._do(self._free.get_nowait(), job)
-        if self.n_waiting >= self._queue_size:
+        if self._free.empty() and self.n_waiting >= self._queue_size:
             raise BusyError(f"{self.n_waiting} requests are waiting, the limit of this service")
         self.n_waiting += 1
         try:
-            worker = await self._free.get()
+            worker = await self._next_free()
         finally:
             self.n_waiting -= 1
         return await self._unless_abandoned(worker, job, abandoned)
@@ -237,13 +238,20 @@ class WorkerPool:
 
         async def run(job: Any, abandoned: Abandoned) -> Any:
             async with mine, self._turns:
-                return await self._unless_abandoned(await self._free.get(), job, abandoned)
+                return await self._unless_abandoned(await self._next_free(), job, abandoned)
 
         self._n_batches += 1
         try:
             yield run
         finally:
             self._n_batches -= 1
+
+    async def _next_free(self) -> _Worker:
+        self._n_queued += 1
+        try:
+            return await self._free.get()
+        finally:
+            self._n_queued -= 1
 
     async def _unless_abandoned(self, worker: _Worker, job: Any, abandoned: Abandoned) -> Any:
         given_up = True

@@ -45,6 +45,10 @@ MOST_CORNERS = 1000
 COARSE = 2.0
 """For fewer corners the outline may move farther; over so many spacings, the smaller rings are left out."""
 
+MOST_OUTER, OUTER_SHARE = 100, 0.25
+"""Where more of the points than both are corners of the convex outline they lie on a circle, not in it, and
+that is their outline; to triangulate points of one circle takes time with their square."""
+
 IRRATIONAL = np.sqrt([2.0, 3.0])
 """Along it only repeated points are at the same place, and its multiples leave evenly spread fractions."""
 
@@ -78,7 +82,7 @@ def concave(points: Array, corners: Array, blur: float) -> tuple[Rings, ...]:
     """
     once = np.unique(points @ IRRATIONAL, return_index=True)[1]
     points = points if len(once) == len(points) else points[np.sort(once)]
-    if len(points) < FEWEST:
+    if len(points) < FEWEST or len(corners) > max(MOST_OUTER, OUTER_SHARE * len(points)):
         return ()
     near = _near(points)
     reach = 2.0 * np.sqrt((np.log(len(points)) + CHANCE + 3.0) / np.pi)

@@ -251,6 +251,14 @@ def test_a_triangle_is_its_own_outline() -> None:
     np.testing.assert_allclose(np.sort(extents.outline, axis=0), np.sort(corners, axis=0), rtol=1e-9)
 
 
+def test_points_on_a_circle_are_their_own_outline() -> None:
+    turn = np.linspace(0.0, TURN, 20_000, endpoint=False)
+    circle = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    extents = recognize(circle, Config(kinds=("plane",))).extents
+    assert extents is not None
+    assert extents.area == pytest.approx(np.pi, rel=1e-6) and extents.concave_area == extents.area
+
+
 def test_points_on_one_line_of_a_plane_have_no_outline() -> None:
     assert extents_of(PLANE, PLANE.surface(np.linspace(0.0, 1.0, 10), np.zeros(10)), 0.0) is None
 
