@@ -27,16 +27,18 @@ async def received(request: Request, settings: Settings) -> AsyncIterator[bytes 
         The client stopped sending.
     """
     pieces = _pieces(request, settings)
-    head = bytearray()
+    first: list[bytes] = []
+    size = 0
     async for piece in pieces:
-        head += piece
-        if len(head) > _IN_MEMORY:
+        first.append(piece)
+        size += len(piece)
+        if size > _IN_MEMORY:
             break
     else:
-        yield bytes(head)
+        yield b"".join(first)
         return
     with tempfile.NamedTemporaryFile(prefix="primfit-", dir=settings.temporary_directory) as file:
-        await asyncio.to_thread(file.write, head)
+        await asyncio.to_thread(file.writelines, first)
         async for piece in pieces:
             await asyncio.to_thread(file.write, piece)
         file.flush()

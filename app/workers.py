@@ -51,12 +51,22 @@ def _serve(pipe: socket.socket, warm: Callable[[], Any], work: Work) -> None:
     except Exception as error:
         greeting = (False, f"{type(error).__name__}: {error}")
     pipe.sendall(_packed(greeting))
-    stream = pipe.makefile("rb")
-    while head := stream.read(_HEAD.size):
+    while head := _read(pipe, _HEAD.size):
         _, length = _HEAD.unpack(head)
-        job = pickle.loads(stream.read(length))
+        job = pickle.loads(_read(pipe, length))
         pipe.sendall(_TAKEN)
         pipe.sendall(_packed(work(job))[len(_TAKEN) :])
+
+
+def _read(pipe: socket.socket, length: int) -> bytearray:
+    """So many bytes, or none at the end."""
+    content, size = bytearray(length), 0
+    while size < length:
+        received = pipe.recv_into(memoryview(content)[size:])
+        if not received:
+            return bytearray()
+        size += received
+    return content
 
 
 def _packed(message: Any) -> bytes:

@@ -99,7 +99,7 @@ def _add_service(actions: Any) -> argparse.ArgumentParser:
         description="Start the service, and time requests and the fit alone in turns.",
     )
     add = parser.add_argument
-    add("--turns", type=_whole_from_1, default=20, metavar="N", help="through each cloud (default: 20)")
+    add("--turns", type=_whole_from_1, default=5, metavar="N", help="through each cloud (default: 5)")
     add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
     add("--out", type=Path, default=FOLDER, metavar="DIR", help=f"folder of service.log (default: {FOLDER})")
     add("--picture", type=Path, metavar="FILE", help="draw the figure of docs/benchmarking.md")

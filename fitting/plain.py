@@ -6,13 +6,19 @@ from typing import Any
 
 import numpy as np
 
+_PLAIN = frozenset((bool, float, int, str, type(None)))
+
 
 def plain(value: Any) -> Any:
     """Records and mappings as dicts, arrays and tuples as lists, and numbers of NumPy as those of Python."""
+    if type(value) in _PLAIN:  # most are, and other questions take longer
+        return value
+    if isinstance(value, tuple | list):
+        return [plain(each) for each in value]
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    if is_dataclass(value):
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):
         return {name: plain(each) for name, each in value.items()}
-    return [plain(each) for each in value] if isinstance(value, tuple | list) else value
+    if is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    return value
