@@ -1,8 +1,8 @@
-"""What the service adds to a fit: requests to a real `primfit serve` and the fit alone, some of each in turns.
+"""What the service adds to a fit: requests to a real `primfit serve` and the fit alone, in turns.
 
-In a row, as a service in use has them: after other work its code is no longer in the cache of the processor,
-and so is that of the fit alone. The first of each row is not counted. The fit alone runs in a process of its
-own, as niced as the workers of the service and on the same processor.
+Each has some in a row, as a service in use has them: after other work its code is no longer in the cache of
+the processor, and so is that of the fit alone. The first of each row is not counted. The fit alone runs in a
+process of its own, as niced as the workers of the service and on the same processor.
 """
 
 import io
