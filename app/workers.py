@@ -29,7 +29,7 @@ Run = Callable[[Any, Abandoned], Awaitable[Any]]
 
 def _context(preload: list[str]) -> Any:
     """Processes are forked from a small server that has imported everything, or spawned without one."""
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"), **_KEEP_MEMORY)
+    os.environ.update(_KEEP_MEMORY | os.environ | dict.fromkeys(_ONE_THREAD, "1"))
     if sys.platform == "win32":
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
