@@ -130,8 +130,8 @@ async def fit_batch(request: Request) -> Response:
     media_type, coding = _media_type(request), _coding(request)
     settings, pool = request.app.state.settings, request.app.state.pool
     async with AsyncExitStack() as resources:
-        run = resources.enter_context(pool.batch())
         body = await resources.enter_async_context(received(request, settings))
+        run = resources.enter_context(pool.batch())
         unpacked = Path(resources.enter_context(scratch_file(settings)).name) if coding else None
         job = _open_job(request, media_type, coding, body, unpacked)
         opened = await pool.run(job, request.is_disconnected)

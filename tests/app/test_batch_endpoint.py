@@ -501,3 +501,13 @@ def test_the_curl_line_of_the_documentation_runs(service: Service) -> None:
         ("cylinder.csv", "cylinder"),
     ]
     assert end["summary"]["fitted"] == 4
+
+
+def test_a_batch_that_is_still_being_sent_keeps_nobody_out(hurried: Service) -> None:
+    """Only one batch may be open there."""
+    head = "POST /fit/batch HTTP/1.1\r\nHost: x\r\nContent-Type: text/csv\r\nContent-Length: 100000\r\n\r\n"
+    with socket.create_connection(("127.0.0.1", hurried.port)) as slow:
+        slow.sendall(head.encode())
+        time.sleep(0.2)
+        response = hurried.client.post("/fit/batch", content=CSV, headers={"Content-Type": "text/csv"})
+    assert response.status_code == 200 and '"status":"fitted"' in response.text
