@@ -72,8 +72,10 @@ def step(fitted: Fitted, options: ExportOptions) -> bytes:
     ]
     closed = isinstance(patch, Patch) and patch.is_closed
     shell = file.add(f"{'CLOSED' if closed else 'OPEN'}_SHELL('',({','.join(faces)}))")
-    _product(file, primitive.kind, shell, extents, options.unit)
-    return _part21(file, primitive.kind).encode("ascii")
+    status = fitted.recognition.status
+    name = primitive.kind if status == "fitted" else f"{primitive.kind} ({status})"
+    _product(file, name, shell, extents, options.unit)
+    return _part21(file, name).encode("ascii")
 
 
 def _bounds(file: _File, patch: Patch | Pieces) -> list[list[str]]:
@@ -161,7 +163,7 @@ def _meridian(file: _File, patch: Patch, u: float) -> str:
     return file.line(patch.at(u, patch.v[0]), patch.at(u, patch.v[1]))
 
 
-def _product(file: _File, kind: str, shell: str, extents: Bounds, unit: str) -> None:
+def _product(file: _File, name: str, shell: str, extents: Bounds, unit: str) -> None:
     """The units of the shell, and the product that a reader looks for."""
     model = file.add(f"SHELL_BASED_SURFACE_MODEL('',({shell}))")
     length = _length_unit(file, unit)
@@ -176,13 +178,13 @@ def _product(file: _File, kind: str, shell: str, extents: Bounds, unit: str) -> 
         f"GLOBAL_UNIT_ASSIGNED_CONTEXT(({length},{angle},{solid}))REPRESENTATION_CONTEXT('',''))"
     )
     origin = file.placement(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
-    shape = file.add(f"MANIFOLD_SURFACE_SHAPE_REPRESENTATION('{kind}',({origin},{model}),{context})")
+    shape = file.add(f"MANIFOLD_SURFACE_SHAPE_REPRESENTATION('{name}',({origin},{model}),{context})")
     application = file.add("APPLICATION_CONTEXT('automotive design')")
     file.add(
         f"APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,{application})"
     )
     discipline = file.add(f"PRODUCT_CONTEXT('',{application},'mechanical')")
-    product = file.add(f"PRODUCT('{kind}','{kind}','',({discipline}))")
+    product = file.add(f"PRODUCT('{name}','{name}','',({discipline}))")
     file.add(f"PRODUCT_RELATED_PRODUCT_CATEGORY('part','',({product}))")
     formation = file.add(f"PRODUCT_DEFINITION_FORMATION('','',{product})")
     stage = file.add(f"PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')")
@@ -201,12 +203,12 @@ def _length_unit(file: _File, unit: str) -> str:
     return file.add(f"(CONVERSION_BASED_UNIT('INCH',{measure})LENGTH_UNIT()NAMED_UNIT({dimensions}))")
 
 
-def _part21(file: _File, kind: str) -> str:
+def _part21(file: _File, name: str) -> str:
     header = [
         "ISO-10303-21;",
         "HEADER;",
         "FILE_DESCRIPTION(('a primitive recognised in a point cloud'),'2;1');",
-        f"FILE_NAME('{kind}','{EPOCH}',(''),(''),'primfit {version('primfit')}','primfit','');",
+        f"FILE_NAME('{name}','{EPOCH}',(''),(''),'primfit {version('primfit')}','primfit','');",
         f"FILE_SCHEMA(('{SCHEMA}'));",
         "ENDSEC;",
         "DATA;",

@@ -150,6 +150,13 @@ def test_every_reference_is_there_and_the_bytes_are_the_same_again(name: str) ->
     assert text.count("=ADVANCED_FACE(") == 1
 
 
+def test_the_best_try_of_no_fit_is_named_so() -> None:
+    cube = np.random.default_rng(0).uniform(-1.0, 1.0, (500, 3))
+    recognition = recognize(cube, Config(kinds=("sphere", "plane")))
+    assert recognition.status == "no_fit" and recognition.primitive is not None
+    assert f"PRODUCT('{recognition.primitive.kind} (no_fit)'".encode() in export(recognition, "step")
+
+
 def test_nothing_to_export_is_said() -> None:
     flat = np.random.default_rng(0).uniform(-1, 1, (200, 3)) * [1, 1, 0]
     with pytest.raises(NothingToExportError, match="no primitive"):
