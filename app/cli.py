@@ -200,8 +200,9 @@ def fit(
         else:
             console.print(render(name, answer))
         worst = _worse(worst, EXIT[answer["status"]])
-        for format, file in exports.items():
-            worst = _worse(worst, _export(fitted, format, file, export_options))
+        if export_options is not None:
+            for format, file in exports.items():
+                worst = _worse(worst, _export(fitted, format, file, export_options))
     raise typer.Exit(worst)
 
 
@@ -241,12 +242,12 @@ def _export_options(
         raise typer.Exit(BAD_INPUT) from None
 
 
-def _export(fitted: "Fitted", format: str, file: Path, options: "ExportOptions | None") -> int:
+def _export(fitted: "Fitted", format: str, file: Path, options: "ExportOptions") -> int:
     """Write one artefact; the exit status."""
-    from app.exports import FORMATS, ExportOptions, NothingToExportError
+    from app.exports import FORMATS, NothingToExportError
 
     try:
-        file.write_bytes(FORMATS[format].write(fitted, options or ExportOptions()))
+        file.write_bytes(FORMATS[format].write(fitted, options))
     except NothingToExportError as error:
         _complain(str(file), f"not written: {error}")
     except OSError as error:

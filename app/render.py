@@ -9,7 +9,8 @@ from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
-from fitting.summary import Row, sections, worded
+from fitting.coordinates import worded
+from fitting.summary import Row, sections
 
 COLOR = {
     "fitted": "green",

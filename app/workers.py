@@ -16,7 +16,7 @@ from app.problems import BusyError, TimeLimitError, WorkerDiedError
 
 _START_LIMIT = 120.0
 _START_PAUSE = 2.0
-_TAKEN, _HEAD, _BUFFER = b"\1", struct.Struct("<cQ"), 2**20
+_TAKEN, _LENGTH, _BUFFER = b"\1", struct.Struct("<Q"), 2**20
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 # glibc: keep freed memory up to this, which spares each fit some hundred page faults.
 _KEEP_MEMORY = {"MALLOC_TRIM_THRESHOLD_": str(64 * 2**20), "MALLOC_MMAP_THRESHOLD_": str(16 * 2**20)}
@@ -50,12 +50,11 @@ def _serve(pipe: socket.socket, warm: Callable[[], Any], work: Work) -> None:
         greeting = (True, warm())
     except Exception as error:
         greeting = (False, f"{type(error).__name__}: {error}")
-    pipe.sendall(_packed(greeting))
-    while head := _read(pipe, _HEAD.size):
-        _, length = _HEAD.unpack(head)
-        job = pickle.loads(_read(pipe, length))
+    pipe.sendall(_TAKEN + _packed(greeting))
+    while head := _read(pipe, _LENGTH.size):
+        job = pickle.loads(_read(pipe, *_LENGTH.unpack(head)))
         pipe.sendall(_TAKEN)
-        pipe.sendall(_packed(work(job))[len(_TAKEN) :])
+        pipe.sendall(_packed(work(job)))
 
 
 def _read(pipe: socket.socket, length: int) -> bytearray:
@@ -70,9 +69,9 @@ def _read(pipe: socket.socket, length: int) -> bytearray:
 
 
 def _packed(message: Any) -> bytes:
-    """A message as it goes through a pipe: `_TAKEN`, which confirms a job, its length, and its pickle."""
+    """A message as it goes through a pipe: its length, then its pickle."""
     content = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
-    return _HEAD.pack(_TAKEN, len(content)) + content
+    return _LENGTH.pack(len(content)) + content
 
 
 class _NotTakenError(WorkerDiedError):
@@ -136,9 +135,11 @@ class _Worker:
         return await self._receive(time_limit)
 
     async def _receive(self, time_limit: float) -> Any:
+        """What comes after `_TAKEN`, the first sign that the process has the job."""
         try:
             async with asyncio.timeout(time_limit):
-                _, length = _HEAD.unpack(await self._reader.readexactly(_HEAD.size))
+                head = await self._reader.readexactly(len(_TAKEN) + _LENGTH.size)
+                (length,) = _LENGTH.unpack_from(head, len(_TAKEN))
                 return pickle.loads(await self._reader.readexactly(length))
         except TimeoutError:
             self.kill()

@@ -21,6 +21,11 @@ def names_of(kind: str) -> tuple[str, ...]:
     return tuple(names)
 
 
+def worded(name: str) -> str:
+    """A name of the answer in words: `major_radius`, `half_angle`, `axis.x`, `no_fit`."""
+    return name.replace("half_angle", "half-angle").replace("_", " ").replace(".", " ")
+
+
 def is_length(name: str) -> bool:
     """Whether a number carries the unit of the points; directions and angles do not."""
     return name != "half_angle" and name.split(".")[0] not in DIRECTIONS

@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from fitting.coordinates import worded
+
 Row = tuple[str, str]
 """A label, empty where it is that of the row before, and what stands beside it."""
 
@@ -39,10 +41,6 @@ def sections(answer: Mapping[str, Any]) -> list[list[Row]]:
         effects = answer["active_constraints"].items()
         groups.append(_labelled("constraints", [f"{worded(name)}: {effect}" for name, effect in effects]))
     return groups
-
-
-def worded(name: str) -> str:
-    return name.replace("_", " ")
 
 
 def _labelled(label: str, texts: list[str]) -> list[Row]:

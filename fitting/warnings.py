@@ -6,6 +6,8 @@ from typing import Literal
 
 import numpy as np
 
+from fitting.coordinates import worded
+
 WarningCode = Literal[
     "minimal_sample",
     "undetermined",
@@ -104,7 +106,7 @@ def _arcs(found: Findings) -> Iterator[Warning]:
         seen = f"the points cover {where} of {degrees:.0f} degrees"
         seen += "" if counted == "cap" else f" {counted}"
         if degrees < SHORT_ARC:
-            told = "; ".join(f"{_named(name)} {_range(ends)}" for name, (_, ends) in found.sizes.items())
+            told = "; ".join(f"{worded(name)} {_range(ends)}" for name, (_, ends) in found.sizes.items())
             weakly = "its curvature there is weakly determined"
             yield Warning("short_arc", f"{seen}: {weakly}" + (f" ({told})" if told else ""))
         elif degrees < HALF_TURN:
@@ -114,7 +116,7 @@ def _arcs(found: Findings) -> Iterator[Warning]:
 def _sizes(found: Findings) -> Iterator[Warning]:
     for name, (value, (low, high)) in found.sizes.items():
         if low is None or high is None or max(high - value, value - low) > WEAK_SIZE * value:
-            yield Warning("weak_size", f"the {_named(name)} is weakly determined: {_range((low, high))}")
+            yield Warning("weak_size", f"the {worded(name)} is weakly determined: {_range((low, high))}")
 
 
 def _axis(found: Findings) -> Iterator[Warning]:
@@ -132,10 +134,6 @@ def _correlation(found: Findings) -> Iterator[Warning]:
             f"points tell as much as {found.effective_points:,.0f} with independent noise"
         )
         yield Warning("correlated_noise", message)
-
-
-def _named(name: str) -> str:
-    return name.replace("_", " ").replace("half angle", "half-angle")
 
 
 def _range(ends: Ends) -> str:

@@ -16,7 +16,7 @@ from app.exports.report.numbers import known_to, short
 from app.exports.report.scene import SHOWN_POINTS, Scene, patch_in
 from app.exports.report.unrolled import unrolled_map
 from app.exports.report.views import views
-from fitting.coordinates import SIZES
+from fitting.coordinates import SIZES, worded
 from fitting.residuals import Deviations
 from fitting.result import FailedFit
 
@@ -104,7 +104,7 @@ def _numbers(fitted: Fitted, unit: str) -> Iterator[Markup]:
         yield _section(f"Or a {other.kind}", told, tables.parameters_table(other, None, unit))
     if recognition.active_constraints:
         effects = recognition.active_constraints.items()
-        rows = table((tables.words(name), effect) for name, effect in effects)
+        rows = table((worded(name), effect) for name, effect in effects)
         yield _section("Constraints", "", rows)
 
 
@@ -136,7 +136,7 @@ def _key_figures(fitted: Fitted, inliers: Deviations, unit: str) -> Markup:
             if name == "half_angle":
                 figures.append(("half-angle", f"{np.degrees(value):.6g}\u00b0"))
             else:
-                figures.append((tables.words(name), f"{_at_most_eight(value, deviation)} {unit}"))
+                figures.append((worded(name), f"{_at_most_eight(value, deviation)} {unit}"))
     figures.append(("rms of the inliers", f"{short(inliers.rms)} {unit}"))
     if not isinstance(form.minimum_zone, FailedFit):
         figures.append((f"{form.name}, minimum zone", f"{short(form.minimum_zone.form_error)} {unit}"))

@@ -8,7 +8,7 @@ from app.answer import receipt, versions
 from app.exports.fitted import Fitted
 from app.exports.report.markup import Markup, element, table
 from app.exports.report.numbers import between, known_to, short
-from fitting.coordinates import DIRECTIONS, is_length, names_of, values_of
+from fitting.coordinates import DIRECTIONS, is_length, names_of, values_of, worded
 from fitting.form import Form, Reference
 from fitting.primitives import Primitive
 from fitting.residuals import Deviations
@@ -25,11 +25,6 @@ def column(title: str) -> Markup:
     return element("th", title, class_="number", scope="col")
 
 
-def words(name: str) -> str:
-    """A name of the API in words: `major_radius`, `axis.x`."""
-    return name.replace("half_angle", "half-angle").replace("_", " ").replace(".", " ")
-
-
 def parameters_table(primitive: Primitive, known: Uncertainty | None, unit: str) -> Markup:
     """Each number with its interval of 95 % where it is known."""
     rows: list[tuple[object, ...]] = []
@@ -44,7 +39,7 @@ def parameters_table(primitive: Primitive, known: Uncertainty | None, unit: str)
             told = between(interval.low, interval.high, interval.standard_deviation)
         length = is_length(name)
         of = unit if length else "rad" if name == "half_angle" else ""
-        rows.append((words(name), cell(known_to(value, deviation)), of, told))
+        rows.append((worded(name), cell(known_to(value, deviation)), of, told))
         if name == "half_angle":
             degrees = known_to(math.degrees(value), deviation and math.degrees(deviation))
             rows.append(("", cell(degrees), "degrees", ""))
@@ -85,19 +80,19 @@ def _extent(name: str, value: Any, unit: str, size: float) -> Iterator[tuple[obj
     elif name == "coverage":
         yield "of which near points", cell(f"{value:.0%}"), ""
     elif name.endswith("area"):
-        yield words(name), cell(short(value)), f"{unit}\u00b2"
+        yield worded(name), cell(short(value)), f"{unit}\u00b2"
     elif isinstance(value, bool):
-        yield words(name), cell("yes" if value else "no"), ""
+        yield worded(name), cell("yes" if value else "no"), ""
     elif isinstance(value, list):
         if "direction" in name or name == "axis":
-            yield words(name), cell(", ".join(f"{number:.6g}" for number in value)), ""
+            yield worded(name), cell(", ".join(f"{number:.6g}" for number in value)), ""
         else:
             for axis, number in zip("xyz", value, strict=True):
-                yield words(f"{name}.{axis}"), cell(known_to(number, 1e-4 * size)), unit
+                yield worded(f"{name}.{axis}"), cell(known_to(number, 1e-4 * size)), unit
     elif "angle" in name or name.endswith("span"):
-        yield words(name), cell(f"{math.degrees(value):.6g}"), "degrees"
+        yield worded(name), cell(f"{math.degrees(value):.6g}"), "degrees"
     else:
-        yield words(name), cell(f"{value:.6g}"), unit
+        yield worded(name), cell(f"{value:.6g}"), unit
 
 
 def error_table(recognition: Recognition, unit: str) -> Markup:
@@ -139,7 +134,7 @@ def percentiles_table(every: Deviations, inliers: Deviations, unit: str) -> Mark
     """Signed residuals of all points and of the inliers."""
     rows: list[tuple[object, ...]] = [("points", cell(f"{every.n_points:,}"), cell(f"{inliers.n_points:,}"))]
     for name in ("mean", "mean_absolute", "rms", "min", "max"):
-        rows.append((words(name), *(cell(short(getattr(each, name))) for each in (every, inliers))))
+        rows.append((worded(name), *(cell(short(getattr(each, name))) for each in (every, inliers))))
     for percent in every.percentiles:
         title = "median" if percent == 50.0 else f"{percent:g} %"
         rows.append((title, *(cell(short(each.percentiles[percent])) for each in (every, inliers))))
@@ -179,7 +174,7 @@ def _receipt(fitted: Fitted) -> Iterator[tuple[str, str]]:
         used = {name: version for name, version in versions("none").items() if name != "weights"}
     else:
         for name, value in of["options"].items():
-            yield words(name), _plain(value)
+            yield worded(name), _plain(value)
     for name, version in used.items():
         if version is not None:
             yield f"SHA-256 of the {name}" if name == "weights" else f"version of {name}", version
