@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fitting import _descent
-from fitting.geometry import Array, basis, cross
+from fitting.geometry import Array, basis, cross, principal
 
 _GRID = np.array(
     [
@@ -26,13 +26,12 @@ def axis_directions(points: Array, normals: Array) -> Array:
 
     The eigenvectors of the normals' scatter (the Gauss map of a cylinder is a great circle about its axis,
     that of a complete cone or torus has its axis for an eigenvector), the axis of the linear line complex,
-    the principal axes of the points, and the fixed grid.
+    and the grid about the principal axes of the points, which turns with them.
     """
     _, by_normals = np.linalg.eigh(normals.T @ normals)
-    centred = points - points.mean(axis=0)
-    _, by_points = np.linalg.eigh(centred.T @ centred)
+    _, by_points = principal(points)
     revolution = revolution_axis(points, normals)
-    return np.vstack([by_normals.T, revolution.direction, by_points.T, DIRECTION_GRID])
+    return np.vstack([by_normals.T, revolution.direction, DIRECTION_GRID @ by_points.T])
 
 
 @dataclass(frozen=True, eq=False)

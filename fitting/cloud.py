@@ -6,11 +6,11 @@ from typing import Self
 import numpy as np
 
 from fitting.errors import InvalidPointCloudError
-from fitting.geometry import Array
+from fitting.geometry import Array, principal
 from fitting.noise import rounding_of
 from fitting.normalize import Frame
 from fitting.normals import local_planes
-from fitting.order import canonical_order, canonical_sample
+from fitting.order import canonical_order, canonical_sample, is_first
 from fitting.weights import factors_of
 
 WORKING_POINTS = 20_000
@@ -28,9 +28,6 @@ LARGEST_COORDINATE = 1e100
 SMALLEST_EXTENT = 1e-100
 """Below this size of the bounding box they underflow."""
 
-LIKELY_REPEATED = 0.02
-"""Where more than this share of a sample repeats other points of it, repetitions are left out."""
-
 FEW = 5
 """Clouds of fewer than this many times the points that a kind takes are fitted without rejecting any."""
 
@@ -46,7 +43,8 @@ class Cloud:
     ----------
     frame : carries primitives back to the input
     points : (N, 3) all points
-    working : (M, 3) the points, once each where many repeat, or a random sample of a large cloud
+    working : (M, 3) the different points, or a random sample of them in a large cloud; all where they have
+        weights
     sample : (S,) indices into `working`, in random order
     normals : (L, 3) unit normals at the first L of them
     flattest : (L // 2,) indices into `sample` of the half of them whose neighbours scatter least about local
@@ -55,6 +53,8 @@ class Cloud:
     tolerance : size of the rounding of the coordinates
     step : decimal one of the coordinates, in input units, or None
     diagonal : of the bounding box
+    axes : (3, 3) principal axes of the working points, the widest first, in columns
+    extent : diagonal of the box along them around the working points, which turns with the cloud
     flat : all points lie in one plane within the rounding
     factors : (N,) what the distances of `points` are multiplied by in the last refinement, or None
     working_factors : (M,) the same for `working`
@@ -70,6 +70,8 @@ class Cloud:
     tolerance: float
     step: float | None
     diagonal: float
+    axes: Array
+    extent: float
     flat: bool
     factors: Array | None = None
     working_factors: Array | None = None
@@ -103,22 +105,16 @@ class Cloud:
         normalized = frame.normalize(checked)
         rounding = rounding_of(checked)
         tolerance = rounding.size / frame.scale
-        working, given, working_factors = normalized, normals, factors
-        if len(normalized) > WORKING_POINTS:
-            chosen = canonical_sample(checked, WORKING_POINTS, rng)
-            working = normalized[chosen]
-            given = None if normals is None else normals[chosen]
-            working_factors = None if factors is None else factors[chosen]
-        elif is_repetitive(normalized, rng) and factors is None:
-            kept = np.sort(np.unique(normalized, axis=0, return_index=True)[1])
-            working, given = normalized[kept], None if normals is None else normals[kept]
-        spread = np.linalg.svd(working - working.mean(axis=0), compute_uv=False) / np.sqrt(len(working))
+        choosing, sampling = rng.spawn(2)
+        chosen = _working(checked, factors is not None, choosing)
+        working = normalized[chosen]
+        spread, axes = principal(working)
         if spread[1] <= max(FLAT * spread[0], 2.0 * tolerance):
             raise InvalidPointCloudError(
                 f"the {len(checked)} points are collinear (width over length {spread[1] / spread[0]:.1e}): "
                 "no primitive is determined"
             )
-        sample = rng.permutation(len(working))[:SAMPLE_POINTS]
+        sample = sampling.permutation(len(working))[:SAMPLE_POINTS]
         seen = sample[:NORMAL_POINTS]
         normals_there, scatter = local_planes(working, at=working[seen])
         flattest = np.sort(np.argsort(scatter, kind="stable")[: (len(scatter) + 1) // 2])
@@ -127,15 +123,17 @@ class Cloud:
             points=normalized,
             working=working,
             sample=sample,
-            normals=normals_there if given is None else given[seen],
+            normals=normals_there if normals is None else normals[chosen[seen]],
             flattest=flattest,
             local_noise=float(np.median(scatter[flattest])),
             tolerance=tolerance,
             step=rounding.step,
             diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
+            axes=axes,
+            extent=float(np.linalg.norm(np.ptp(working @ axes, axis=0))),
             flat=bool(spread[2] <= tolerance),
             factors=factors,
-            working_factors=working_factors,
+            working_factors=None if factors is None else factors[chosen],
         )
 
     def about(self, origin: Array) -> Self:
@@ -151,6 +149,13 @@ class Cloud:
     def is_small(self, dof: int) -> bool:
         """Whether a kind that takes `dof` points has too few here to reject any of them."""
         return len(self.working) < FEW * dof
+
+
+def _working(points: Array, weighted: bool, rng: np.random.Generator) -> np.ndarray:
+    """Indices (M,) of the working points among (N, 3), which are in canonical order unless they are many."""
+    if len(points) > WORKING_POINTS:
+        return canonical_sample(points, WORKING_POINTS, rng, repeated=weighted)
+    return np.arange(len(points)) if weighted else np.flatnonzero(is_first(points))
 
 
 def check_coordinates(points: object) -> Array:
@@ -203,9 +208,3 @@ def check_normals(normals: object, n_points: int) -> Array:
         row = int(np.argmin(np.isfinite(length) & (length > 0.0)))
         raise InvalidPointCloudError(f"normals[{row}] is zero or not finite", "normals")
     return array / length[:, None]
-
-
-def is_repetitive(points: Array, rng: np.random.Generator) -> bool:
-    """Whether a sample of the cloud holds the same points again and again."""
-    sample = points[rng.permutation(len(points))[:SAMPLE_POINTS]]
-    return len(np.unique(sample, axis=0)) < (1.0 - LIKELY_REPEATED) * len(sample)

@@ -63,6 +63,14 @@ def canonical_direction(direction: Array) -> Array:
     return direction
 
 
+def principal(points: Array) -> tuple[Array, Array]:
+    """Root mean square extents (3,) of points (N, 3) about their centroid, the largest first, and the unit
+    directions (3, 3) that they are along, in columns; of either sign."""
+    triangle = np.linalg.qr(points - points.mean(axis=0), mode="r")
+    _, sizes, directions = np.linalg.svd(triangle)
+    return sizes / math.sqrt(len(points)), directions.T
+
+
 def around_axis(points: Array, origin: Array, axis: Array) -> tuple[Array, Array, Array]:
     """Cylindrical coordinates of points about an axis line.
 

@@ -23,7 +23,7 @@ OUTLIER = 4.0
 """Points farther than this many noise scales are rejected as outliers."""
 
 SMALL_DEFORMATION = 0.01
-"""Points this close, in diagonals, to a surface that has exact points are no outliers."""
+"""Points this close, in extents, to a surface that has exact points are no outliers."""
 
 SMALLEST_INLIER_SHARE = 0.35
 """Share of the points that must be near a surface, beside the ones that its parameters may choose."""
@@ -63,10 +63,10 @@ LITTLE_CORRELATION = 0.15
 """From this excess on the structure of noise that is correlated must be less: noise that smooth is rare."""
 
 COARSE = 0.01
-"""Such noise beyond this share of the diagonal is a wrong shape whatever its trend."""
+"""Such noise beyond this share of the extent is a wrong shape whatever its trend."""
 
 LARGEST_SCATTER = 0.04
-"""Noise beyond this share of the diagonal is a volume rather than a surface.
+"""Noise beyond this share of the extent is a volume rather than a surface.
 
 Less, by four times its parameters, for a surface that has few points to hug. Twice as much is allowed
 beside a few exact points, and any noise beside many."""
@@ -93,7 +93,7 @@ SAFE_EXACT_SHARE = 0.5
 """With as many exact points, a small deformation of the others leaves no doubt."""
 
 LARGEST_DEFORMATION = 0.05
-"""Rejected points of an otherwise exact surface may be structured if they are this close, in diagonals."""
+"""Rejected points of an otherwise exact surface may be structured if they are this close, in extents."""
 
 MAGNITUDES = 0.6
 """How much a share of variance between patches counts for magnitudes: noise itself grows with range."""
@@ -144,7 +144,6 @@ class Evidence:
     correlation : of the residuals of neighbouring inliers, 0 for independent noise
     trend : how far they follow that quadratic, in standard deviations of what pure noise shows
     rounding : of the coordinates; their noise is not smaller
-    diagonal : of the cloud's bounding box
     """
 
     primitive: Primitive
@@ -159,7 +158,6 @@ class Evidence:
     correlation: float
     trend: float
     rounding: float
-    diagonal: float
 
     @classmethod
     def weigh(cls, primitive: Primitive, cloud: Cloud) -> Self:
@@ -168,28 +166,29 @@ class Evidence:
         exact = exact_points(absolute, cloud.tolerance, primitive.dof)
         spare = max(len(absolute) - primitive.dof, 1)
         rest = distance if exact.all() else distance[~exact]
-        noise = NoiseModel.of(rest, ROUNDING_NOISE * cloud.tolerance, cloud.diagonal)
+        noise = NoiseModel.of(rest, ROUNDING_NOISE * cloud.tolerance, cloud.extent)
         inlier, reach, seen, second = np.ones_like(exact), np.inf, np.empty(0, np.intp), 0.0
         if exact.all():
-            noise_scale, reach = 0.0, SMALL_DEFORMATION * cloud.diagonal
+            noise_scale, reach = 0.0, SMALL_DEFORMATION * cloud.extent
         elif cloud.is_small(primitive.dof):
             noise_scale = float(np.sqrt(np.sum(absolute**2) / spare))
         else:
             noise_scale = noise.scale
             if not exact.any():
                 noise_scale *= float(np.sqrt(len(absolute) / spare))
-            nearby = SMALL_DEFORMATION * cloud.diagonal if exact.any() else cloud.tolerance
+            nearby = SMALL_DEFORMATION * cloud.extent if exact.any() else cloud.tolerance
             reach = max(OUTLIER * noise_scale, nearby)
             inlier = exact | (absolute <= reach)
             seen = cloud.sample[(inlier & ~exact)[cloud.sample]]
-            far = absolute > LARGEST_DEFORMATION * cloud.diagonal if exact.any() else ~inlier
+            far = absolute > LARGEST_DEFORMATION * cloud.extent if exact.any() else ~inlier
             second = _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
         structure = correlation = trend = 0.0
         if len(seen) >= 2 * PATCH_POINTS and noise_scale > cloud.tolerance:
             points, residual = cloud.working[seen], distance[seen]
             feet = points - residual[:, None] * primitive.gradient(points)
             share, trend = _trend(primitive, feet, residual)
-            structure, correlation = max(_structure(feet, residual), share), _correlation(feet, residual)
+            structure = max(_structure(feet @ cloud.axes, residual), share)
+            correlation = _correlation(feet, residual)
         return cls(
             primitive,
             distance,
@@ -203,7 +202,6 @@ class Evidence:
             correlation,
             trend,
             cloud.tolerance,
-            cloud.diagonal,
         )
 
     @property
@@ -275,7 +273,7 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, only: bool)
     if evidence.exact.all():
         return Verdict(Standing.CERTAIN, "every point lies on it within the rounding of the coordinates")
     if evidence.exact.any():
-        return _by_exact_points(evidence, cloud.diagonal)
+        return _by_exact_points(evidence, cloud.extent)
     if n < 2 * primitive.dof and not only:
         return Verdict(Standing.REFUSED, f"{n} points that do not lie on it are too few to check it with")
     return _by_noise(evidence, cloud)
@@ -304,37 +302,37 @@ def _by_threshold(mean: float, max_error: float) -> Verdict:
     return Verdict(standing, f"mean error {mean:.2e} of the diagonal {relation} max_error {max_error:.2e}")
 
 
-def _by_exact_points(evidence: Evidence, diagonal: float) -> Verdict:
+def _by_exact_points(evidence: Evidence, extent: float) -> Verdict:
     """Some points are exact: the others must be noise about the surface, or a small deformation of it."""
-    share, scatter = evidence.exact_share, evidence.noise_scale / diagonal
-    exact, spread = f"{share:.0%} of the points lie on it exactly", _spread(evidence, diagonal)
+    share, scatter = evidence.exact_share, evidence.noise_scale / extent
+    exact, spread = f"{share:.0%} of the points lie on it exactly", _spread(evidence, extent)
     large = share >= LARGE_EXACT_SHARE
     if not large and scatter > 2.0 * LARGEST_SCATTER:
         return Verdict(Standing.REFUSED, f"{exact}; the others: {spread}, which is no surface")
     if evidence.structure <= LARGEST_BIASED_STRUCTURE or share >= DOMINANT_EXACT_SHARE:
         return Verdict(Standing.CERTAIN if large else Standing.ACCEPTABLE, f"{exact}; the others: {spread}")
-    rest = float(np.abs(evidence.distance[~evidence.exact]).mean()) / diagonal
+    rest = float(np.abs(evidence.distance[~evidence.exact]).mean()) / extent
     if rest <= (LARGEST_DEFORMATION if large else SMALL_DEFORMATION):
         standing = Standing.CERTAIN if share >= SAFE_EXACT_SHARE else Standing.ACCEPTABLE
-        return Verdict(standing, f"{exact}; the others are a deformation by {rest:.2e} of the diagonal")
+        return Verdict(standing, f"{exact}; the others are a deformation by {rest:.2e} of the extent")
     return Verdict(Standing.REFUSED, f"{exact}, but the others form a structure of their own: {spread}")
 
 
 def _by_noise(evidence: Evidence, cloud: Cloud) -> Verdict:
     """No point is exact: the residuals must be small and know nothing of each other."""
-    spread = _spread(evidence, cloud.diagonal)
+    spread = _spread(evidence, cloud.extent)
     largest = min(LARGEST_STRUCTURE + CHANCE / len(evidence.distance), LARGEST_BIASED_STRUCTURE)
     if evidence.structure > largest:
         limit = 1.0 / np.sqrt(1.0 - largest)
         return Verdict(Standing.REFUSED, f"the shape is systematically off: {spread} (at most {limit:.2f})")
     most = LARGEST_SCATTER * max(1.0 - 4.0 * evidence.primitive.dof / len(evidence.distance), 0.25)
-    if evidence.noise_scale > most * cloud.diagonal:
+    if evidence.noise_scale > most * cloud.extent:
         return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {most:.2e})")
     excess = evidence.noise_scale / max(cloud.local_noise, ROUNDING_NOISE * cloud.tolerance)
     smooth = excess > LARGE_EXCESS and evidence.correlation > LITTLE_CORRELATION
     allowed = LITTLE_STRUCTURE if smooth else EXCESS_STRUCTURE
     structured = excess > LARGEST_EXCESS and evidence.structure > allowed
-    coarse = smooth and evidence.noise_scale > COARSE * cloud.diagonal
+    coarse = smooth and evidence.noise_scale > COARSE * cloud.extent
     if structured and (coarse or excess * evidence.trend > EXCESS_TREND):
         return Verdict(
             Standing.SUSPECT,
@@ -352,10 +350,10 @@ def _by_noise(evidence: Evidence, cloud: Cloud) -> Verdict:
     return Verdict(Standing.CLEAR if clear else Standing.ACCEPTABLE, spread)
 
 
-def _spread(evidence: Evidence, diagonal: float) -> str:
+def _spread(evidence: Evidence, extent: float) -> str:
     ratio = 1.0 / np.sqrt(max(1.0 - evidence.structure, 1e-9))
     return (
-        f"residuals scatter by {evidence.noise_scale / diagonal:.2e} of the diagonal, "
+        f"residuals scatter by {evidence.noise_scale / extent:.2e} of the extent, "
         f"{ratio:.2f} times the noise within a patch"
     )
 
@@ -422,16 +420,17 @@ def summarize_noise(evidence: Evidence, cloud: Cloud) -> NoiseSummary:
 def _structure(feet: Array, residual: Array) -> float:
     """Share of the variance of the residuals that is between patches, less what noise alone would show.
 
-    Patches are made of the feet of the points on the surface, not of the points: noisy points that lie close
-    together are those that happen to be displaced alike. Magnitudes are looked at as well as signed
-    residuals, because two sheets of a cloud on either side of a surface have feet that mix; they count less.
+    The feet (N, 3) are given along the principal axes of the cloud: so patches turn with it. They are made
+    of the feet of the points on the surface, not of the points: noisy points that lie close together are
+    those that happen to be displaced alike. Magnitudes are looked at as well as signed residuals, because
+    two sheets of a cloud on either side of a surface have feet that mix; they count less.
     """
     patches = _patches(feet)
     return max(_between(residual[patches]), MAGNITUDES * _between(np.abs(residual)[patches]))
 
 
 def _patches(feet: Array) -> np.ndarray:
-    """Indices (k, n) of k patches of equal size: halves along the widest axis, again and again."""
+    """Indices (k, n) of k patches of equal size: halves along the widest coordinate, again and again."""
     patches = [np.arange(len(feet))]
     while len(patches) < MOST_PATCHES and len(feet) >= 2 * PATCH_POINTS * len(patches):
         halves = []

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.axes import DIRECTION_GRID
-from fitting.geometry import TINY, Array, around_axis, basis
+from fitting.geometry import TINY, Array, around_axis, basis, principal
 from fitting.primitives import Cylinder, Plane, Primitive, Sphere
 from fitting.refine import linearize
 
@@ -146,7 +146,8 @@ def _of_sphere(sphere: Sphere, feet: Array) -> list[Nesting]:
     On a cap, too, principal curvatures that differ: those of a cylinder do by twice their mean.
     """
     outward = (feet - sphere.center) / sphere.radius
-    sines = sphere.radius * np.sqrt(np.maximum(1.0 - (outward @ DIRECTION_GRID.T) ** 2, 0.0))
+    axes = DIRECTION_GRID @ principal(feet)[1].T
+    sines = sphere.radius * np.sqrt(np.maximum(1.0 - (outward @ axes.T) ** 2, 0.0))
     holes = [Nesting("torus", sine[:, None], LARGEST_HOLE) for sine in sines.T]
     middle = outward.mean(axis=0)
     if np.linalg.norm(middle) < CAP:

@@ -21,17 +21,11 @@ def canonical_order(points: Array) -> np.ndarray:
     return order
 
 
-def canonical_sample(points: Array, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Indices (count,) of a random sample of the points (N, 3), N > count, in canonical order.
-
-    The points with the smallest hashes of their distances; where many distances are the same, which a hash
-    cannot tell apart, a sample of all points in canonical order.
-    """
-    hashed = _hashed(_distance_keys(points), rng)
-    chosen = np.argpartition(hashed, count)[:count]
-    if np.count_nonzero(hashed <= hashed[chosen].max()) > count:
-        chosen = canonical_order(points)[rng.choice(len(points), count, replace=False)]
-    return chosen[canonical_order(points[chosen])]
+def is_first(ordered: Array) -> np.ndarray:
+    """Mask (N,) of the points in canonical order that are not the same as the one before."""
+    first = np.ones(len(ordered), bool)
+    first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    return first
 
 
 def _distance_keys(points: Array) -> np.ndarray:
@@ -54,3 +48,33 @@ def _hashed(keys: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         mixed ^= mixed >> np.uint64(33)
         mixed *= np.uint64(factor)
     return mixed ^ (mixed >> np.uint64(33))
+
+
+def canonical_sample(
+    points: Array, count: int, rng: np.random.Generator, repeated: bool = False
+) -> np.ndarray:
+    """Indices (count,) of a random sample of the points (N, 3), N > count, in canonical order.
+
+    The points with the smallest hashes of their distances. Where points of the sample repeat others, it is
+    one of the different points, and all of them if there are no more; unless points may be `repeated`.
+    """
+    hashed = _hashed(_distance_keys(points), rng)
+    chosen = _of_smallest(hashed, points, count, rng)
+    if repeated or is_first(points[chosen]).all():
+        return chosen
+    order = canonical_order(points)
+    different = order[is_first(points[order])]
+    if len(different) <= count:
+        return different
+    return different[_of_smallest(hashed[different], points[different], count, rng)]
+
+
+def _of_smallest(hashed: np.ndarray, points: Array, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Indices (count,) of the points (N, 3) with the smallest hashes (N,), in canonical order.
+
+    Where many distances are the same, which a hash cannot tell apart, any in canonical order.
+    """
+    chosen = np.argpartition(hashed, count)[:count]
+    if np.count_nonzero(hashed <= hashed[chosen].max()) > count:
+        chosen = canonical_order(points)[rng.choice(len(points), count, replace=False)]
+    return chosen[canonical_order(points[chosen])]

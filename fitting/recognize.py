@@ -167,7 +167,7 @@ def _nested(tries: list[_Try], cloud: Cloud) -> dict[str, bool]:
         return {}
     near, alike = evidence.inlier, points_alike(evidence.correlation)
     scale = max(evidence.noise_scale, ROUNDING_NOISE * evidence.rounding)
-    found = intervals(evidence.primitive, cloud.working[near], evidence.distance[near], scale, cloud.diagonal)
+    found = intervals(evidence.primitive, cloud.working[near], evidence.distance[near], scale, cloud.extent)
     return {
         kind: interval.is_open
         for kind, interval in found.items()

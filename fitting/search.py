@@ -199,7 +199,7 @@ def _likelier(
 
 def _noise(primitive: Primitive, cloud: Cloud) -> NoiseModel:
     distance = primitive.signed_distance(cloud.working[cloud.sample])
-    return NoiseModel.of(distance, cloud.tolerance, cloud.diagonal)
+    return NoiseModel.of(distance, cloud.tolerance, cloud.extent)
 
 
 def ranked_starts(kind: str, view: View, rng: np.random.Generator, extra: Sequence[Array] = ()) -> Array:

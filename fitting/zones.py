@@ -65,7 +65,7 @@ DIFFERENCE, LEAST_WIDTH = 1e-3, 1e-7
 """Width of differences for second derivatives, in spreads of the values, and its least, in the frame."""
 
 SMALLEST_SPREAD = 0.01
-"""Centres and axes start with a trust region of at least this share of the diagonal."""
+"""Centres and axes start with a trust region of at least this share of the extent."""
 
 TRUSTED = 1e-6
 """A Newton step below this that gains nothing is taken for the last one: what it gains drowns in rounding."""
@@ -119,7 +119,7 @@ def minimum_circumscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedF
     whose centre or axis is far from the points is moved to their centroid.
     """
     row = start.row()
-    if row[8] > cloud.diagonal:
+    if row[8] > cloud.extent:
         row[3:6] = 0.0
         start = type(start).from_row(row)
     return _descend(MINIMUM_CIRCUMSCRIBED, start, cloud).proven("minimum circumscribed surface", cloud)
@@ -167,7 +167,7 @@ class End:
         normals = self.primitive.gradient(cloud.points)
         if np.linalg.norm(normals - normals.mean(axis=0), axis=1).max() < LARGEST_TURN:
             return "plane"
-        return " or a ".join(self.primitive.simpler_kinds(cloud.diagonal))
+        return " or a ".join(self.primitive.simpler_kinds(cloud.extent))
 
 
 @dataclass(frozen=True)
@@ -237,11 +237,11 @@ def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> End:
     """
     points, primitive = cloud.points, start
     values = task.values(primitive, points)
-    region = max(float(np.ptp(values)), SMALLEST_SPREAD * cloud.diagonal if task.radial else cloud.tolerance)
+    region = max(float(np.ptp(values)), SMALLEST_SPREAD * cloud.extent if task.radial else cloud.tolerance)
     candidates = np.empty(0, np.intp)
     for _ in range(STEPS):
         place = Place.at(task, primitive, points, values)
-        if task is MAXIMUM_INSCRIBED and -place.worst > cloud.diagonal:
+        if task is MAXIMUM_INSCRIBED and -place.worst > cloud.extent:
             return End(primitive, False)
         linear = linear_programme(values, place.slopes, region, candidates)
         if linear is None:
