@@ -332,7 +332,7 @@ class NoiseSummary(BaseModel):
     exact_share: float = Field(description="share of the points that lie on the surface to the last digits")
     outlier_share: float = Field(description="share of the points that do not belong to the surface")
     quantisation_step: float | None = Field(
-        description="decimal step that all coordinates are multiples of; null if there is none"
+        description="step that the decimal coordinates differ by multiples of; null if there is none"
     )
 
 

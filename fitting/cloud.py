@@ -51,7 +51,7 @@ class Cloud:
         planes: few outliers are among them
     local_noise : median of that scatter among those
     tolerance : size of the rounding of the coordinates
-    step : decimal one of the coordinates, in input units, or None
+    step : of the decimal coordinates, in input units, or None
     diagonal : of the bounding box
     axes : (3, 3) principal axes of the working points, the widest first, in columns
     extent : diagonal of the box along them around the working points, which turns with the cloud

@@ -7,11 +7,17 @@ import numpy as np
 
 from fitting.geometry import TINY, Array
 
-DECIMALS = range(0, 10)
+DECIMALS = range(0, 16)
 """Coordinates that are multiples of 10^-k for such a k are taken for quantised."""
 
 COARSEST_STEPS = 64
-"""A decimal step is a rounding if the cloud is at least this many steps wide; else it is a lattice."""
+"""A step is a rounding if the cloud is at least this many steps wide; else it is a lattice."""
+
+COARSER = 10.0
+"""A step is more than so many times the rounding of the number format."""
+
+SEEN_POINTS = 256
+"""Points that a step is found from."""
 
 LEAST_EXACT = 0.03
 """Smallest share of a cloud that counts as an exact subset."""
@@ -54,7 +60,7 @@ class Rounding:
     ----------
     size : no distance below it means anything. The largest of: 64 units in the last place of float64, 4 of
         float32 if every coordinate of a sample is a float32 number, and the step
-    step : of decimals, if every coordinate of a sample is a multiple of it, else None
+    step : the largest that the decimal coordinates of a sample differ by multiples of, or None
     """
 
     size: float
@@ -65,23 +71,37 @@ def rounding_of(points: Array) -> Rounding:
     """The rounding of coordinates (N, 3)."""
     largest = float(np.max(np.abs(points)))
     extent = float(np.max(np.ptp(points, axis=0)))
-    sample = points[:: max(1, len(points) // 256)]
-    rounding = 64.0 * float(np.finfo(np.float64).eps) * largest
+    sample = points[_spread_out(len(points))]
+    double = rounding = 64.0 * float(np.finfo(np.float64).eps) * largest
     with np.errstate(over="ignore"):
         if np.array_equal(sample.astype(np.float32).astype(np.float64), sample):
             rounding = max(rounding, 4.0 * float(np.finfo(np.float32).eps) * largest)
+    step = _step_of(sample, double)
+    if step is None or step <= COARSER * rounding or extent < COARSEST_STEPS * step:
+        return Rounding(rounding, None)
+    return Rounding(step, step)
+
+
+def _spread_out(n: int) -> np.ndarray:
+    """Indices of at most `SEEN_POINTS` of n points, in golden sections: no grid has their period."""
+    if n <= SEEN_POINTS:
+        return np.arange(n)
+    golden = (np.sqrt(5.0) - 1.0) / 2.0
+    return (np.arange(SEEN_POINTS) * golden % 1.0 * n).astype(np.intp)
+
+
+def _step_of(sample: Array, rounding: float) -> float | None:
+    """The largest step of decimal coordinates (N, 3), the greatest common divisor of their differences."""
     for decimals in DECIMALS:
-        step = 10.0**-decimals
-        if step <= 10.0 * rounding:
+        unit = 10.0**-decimals
+        if unit <= COARSER * rounding:
             break
-        multiples = sample / step
-        if np.all(np.abs(multiples - np.round(multiples)) <= 1e-6 + rounding / step):
-            return (
-                Rounding(max(rounding, step), step)
-                if extent >= COARSEST_STEPS * step
-                else Rounding(rounding, None)
-            )
-    return Rounding(rounding, None)
+        multiples = sample / unit
+        whole = np.round(multiples)
+        if np.all(np.abs(multiples - whole) <= 1e-6 + rounding / unit):
+            units = int(np.gcd.reduce((whole - whole[0]).astype(np.int64), axis=None))
+            return units / 10**decimals or None
+    return None
 
 
 def trimmed_scale(distance: Array) -> float:

@@ -51,7 +51,7 @@ class NoiseSummary:
     exact_share : share of the points that lie on the surface within the rounding of the coordinates; 0 where
         that many could lie there by accident
     outlier_share : share of the points that are more likely to be anywhere than on the surface
-    quantisation_step : decimal step that all coordinates are multiples of, None where there is none
+    quantisation_step : step that the decimal coordinates differ by multiples of, None where there is none
     """
 
     scale: float

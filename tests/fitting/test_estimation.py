@@ -107,11 +107,21 @@ def test_refine_agrees_with_scipy(primitive: Primitive) -> None:
         (np.round(sample(EXAMPLES["sphere"], 300), 3), 1e-3),
         (np.round(1e4 * sample(EXAMPLES["sphere"], 300)), 1.0),
         (np.round(sample(EXAMPLES["sphere"], 300), 3) + 5e5, 1e-3),
+        (np.round(sample(EXAMPLES["sphere"], 300) / 0.005) * 0.005, 0.005),
+        (np.round(sample(EXAMPLES["sphere"], 300) / 0.00025) * 0.00025 + 0.0001, 0.00025),
+        (4.0 * np.round(sample(EXAMPLES["sphere"], 300), 3), 0.004),
+        (np.round(400.0 * sample(EXAMPLES["sphere"], 30_000) / 0.25) * 0.25, 0.25),
     ],
-    ids=["three decimals", "integers", "georeferenced"],
+    ids=["decimals", "integers", "georeferenced", "five of a thousand", "offset", "scaled", "quarters"],
 )
 def test_quantised_coordinates_are_noticed(points: np.ndarray, expected: float) -> None:
-    assert rounding_of(points).size == pytest.approx(expected)
+    assert rounding_of(points).size == expected
+    assert rounding_of(points).step == expected
+
+
+def test_a_grid_has_the_step_of_all_its_points() -> None:
+    grid = np.stack(np.meshgrid(np.arange(512.0), np.arange(512.0), [0.0]), axis=-1).reshape(-1, 3)
+    assert rounding_of(grid).step == 1.0
 
 
 def test_the_resolution_of_full_and_single_precision() -> None:

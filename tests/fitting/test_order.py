@@ -1,4 +1,4 @@
-"""What is drawn from a cloud, and so its answer, does not depend on how its points are listed."""
+"""What is drawn from a cloud, and so its answer, does not depend on how its points are listed or repeated."""
 
 import numpy as np
 import pytest
@@ -71,3 +71,28 @@ def test_a_listing_of_a_large_cloud_does_not_show() -> None:
     one, two = (recognize(each).primitive for each in (points, shuffled(points)))
     assert one is not None and two is not None
     assert np.abs(one.signed_distance(points) - two.signed_distance(points)).max() < 1e-12
+
+
+@pytest.mark.parametrize("n", [900, 15_000, 30_000])
+@pytest.mark.parametrize("kind", KINDS)
+def test_repeated_points_change_nothing(kind: str, n: int) -> None:
+    """15,000 points twice are more than are searched in a whole."""
+    points = noisy(EXAMPLES[kind], n, 0.01)
+    points[: n // 10] = np.random.default_rng(2).uniform(-3.0, 3.0, (n // 10, 3))
+    one, two = (recognize(each) for each in (points, shuffled(np.vstack([points, points]))))
+    assert one.primitive is not None and two.primitive is not None
+    assert np.abs(one.primitive.signed_distance(points) - two.primitive.signed_distance(points)).max() < 1e-9
+    assert [attempt.outcome for attempt in one.attempts] == [attempt.outcome for attempt in two.attempts]
+
+
+def test_a_sample_is_one_of_the_different_points() -> None:
+    points = np.random.default_rng(0).normal(size=(500, 3))
+    thrice = shuffled(np.vstack([points, points, points]))
+    one, two = (canonical_sample(each, 400, np.random.default_rng(8)) for each in (points, thrice))
+    np.testing.assert_array_equal(points[one], thrice[two])
+    np.testing.assert_array_equal(
+        np.sort(thrice[canonical_sample(thrice, 600, np.random.default_rng(8))], axis=0),
+        np.sort(points, axis=0),
+    )
+    some = thrice[canonical_sample(thrice, 600, np.random.default_rng(8), repeated=True)]
+    assert len(np.unique(some, axis=0)) < len(some) == 600

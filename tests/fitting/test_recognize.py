@@ -330,6 +330,17 @@ def test_the_noise_model_says_what_was_put_in() -> None:
     assert noise is not None and noise.quantisation_step == 0.001
 
 
+@pytest.mark.parametrize("step", [0.005, 0.25, 2.0])
+@examples
+def test_points_rounded_to_any_step_are_exact(primitive: Primitive, step: float) -> None:
+    points = np.round(5000.0 * sample(primitive, 1500)) * step
+    answer = recognize(points)
+    assert answer.status == "fitted" and answer.primitive is not None and answer.noise is not None
+    assert answer.primitive.kind == primitive.kind
+    assert answer.noise.exact_share == 1.0
+    assert answer.noise.quantisation_step == step
+
+
 @pytest.mark.parametrize("share", [0.5, 0.7])
 def test_a_surface_of_its_own_among_the_rejected_is_no_primitive(share: float) -> None:
     rng = np.random.default_rng(6)
