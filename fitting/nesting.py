@@ -57,23 +57,33 @@ class Nesting:
     kind : the more general one
     columns : (N, m) what a unit of each nesting parameter moves the surface by at the points
     limit : length of the parameters beyond which the surfaces differ in practice
+    asked : (m, k) combinations of them that an interval is asked of; all by default
     """
 
     kind: str
     columns: Array
     limit: float
+    asked: Array | None = None
 
 
 @dataclass(frozen=True)
 class Interval:
-    """Length of a kind's nesting parameters and its standard error, in units of what differs in practice.
+    """Length of a kind's nesting parameters, in units of what differs in practice.
 
-    `blur` is the standard error of the surface where the parameter moves it, as a share of the extent.
+    Attributes
+    ----------
+    estimate, error : of those that are asked, with the standard error
+    blur : standard error of the surface where the parameter moves it, as a share of the extent
+    whole : estimate of all of them
+    evidence : their share of the sum of squares over what noise takes of it on the average, (F m)^(1/2) in
+        the notation of the F test
     """
 
     estimate: float
     error: float
     blur: float
+    whole: float
+    evidence: float
 
     @property
     def is_open(self) -> bool:
@@ -83,13 +93,13 @@ class Interval:
 
     def is_significant(self, alike: float) -> bool:
         """Whether the points speak for the kind, `alike` of them sharing a piece of information."""
-        return self.estimate > max(LEAST_ESTIMATE, SIGNIFICANT * self.error * float(np.sqrt(alike)))
+        return self.whole > LEAST_ESTIMATE and self.evidence > SIGNIFICANT * float(np.sqrt(alike))
 
 
 def intervals(
     primitive: Primitive, points: Array, distance: Array, noise_scale: float, extent: float
-) -> dict[str, Interval]:
-    """By more general kinds, the widest where a kind is nested in several ways.
+) -> dict[str, list[Interval]]:
+    """By more general kinds, one for each way in which the kind is nested in them.
 
     Parameters
     ----------
@@ -98,27 +108,43 @@ def intervals(
     noise_scale : standard deviation of a distance; the noise counts as independent
     extent : of the cloud
     """
-    found: dict[str, Interval] = {}
+    found: dict[str, list[Interval]] = {}
     if primitive.kind not in NESTINGS:
         return found
     feet = points - distance[:, None] * primitive.gradient(points)
     tangent = np.linalg.qr(linearize(primitive, feet)[1])[0]
     for nesting in NESTINGS[primitive.kind](primitive, feet):
-        estimate, error = _estimate(nesting.columns * nesting.limit, tangent, distance)
-        interval = Interval(estimate, noise_scale * error, noise_scale / np.sqrt(len(points)) / extent)
-        known = found.get(nesting.kind, interval)
-        found[nesting.kind] = max(known, interval, key=lambda each: each.estimate + each.error)
+        interval = _interval(nesting, tangent, distance, noise_scale, extent)
+        found.setdefault(nesting.kind, []).append(interval)
     return found
 
 
-def _estimate(columns: Array, tangent: Array, distance: Array) -> tuple[float, float]:
-    """Length of the least squares estimate beside the tangent (N, dof), and its largest standard error."""
+def _interval(
+    nesting: Nesting, tangent: Array, distance: Array, noise_scale: float, extent: float
+) -> Interval:
+    n, columns = len(distance), nesting.columns * nesting.limit
     beside = columns - tangent @ (tangent.T @ columns)
+    asked = beside if nesting.asked is None else beside @ nesting.asked
+    estimate, error, _ = _estimate(asked, columns, distance)
+    whole, _, explained = _estimate(beside, columns, distance)
+    left = (float(distance @ distance) - explained) / max(n - tangent.shape[1] - columns.shape[1], 1)
+    return Interval(
+        estimate,
+        noise_scale * error,
+        noise_scale / np.sqrt(n) / extent,
+        whole,
+        float(np.sqrt(explained / max(left, TINY))),
+    )
+
+
+def _estimate(beside: Array, columns: Array, distance: Array) -> tuple[float, float, float]:
+    """Length of the least squares estimate, its largest standard error, and the squares it explains."""
     sizes, vectors = np.linalg.eigh(beside.T @ beside)
     if sizes[0] <= UNDETERMINED * float(np.sum(columns**2)):
-        return 0.0, np.inf
-    estimate = (vectors.T @ (beside.T @ distance)) / sizes
-    return float(np.linalg.norm(estimate)), float(1.0 / np.sqrt(sizes[0]))
+        return 0.0, np.inf, 0.0
+    along = vectors.T @ (beside.T @ distance)
+    explained = float(np.sum(along**2 / sizes))
+    return float(np.linalg.norm(along / sizes)), float(1.0 / np.sqrt(sizes[0])), explained
 
 
 def _of_plane(plane: Plane, feet: Array) -> list[Nesting]:
@@ -129,15 +155,15 @@ def _of_plane(plane: Plane, feet: Array) -> list[Nesting]:
 
 
 def _of_cylinder(cylinder: Cylinder, feet: Array) -> list[Nesting]:
-    """An angle of its sides; a bend of its axis, in angles over its length, towards where it is seen best."""
+    """An angle of its sides; a bend of its axis, in angles over its length, asked where it is seen best."""
     radial, rho, height = around_axis(feet, cylinder.point, cylinder.axis)
     height = height - height.mean()
     length = max(float(np.ptp(height)), SHORTEST)
     lean = max(LARGEST_HALF_ANGLE, LARGEST_TAPER * cylinder.radius / length)
     around = radial @ np.stack(basis(cylinder.axis), axis=1) / (rho + TINY)[:, None]
     bends = (height**2 / (2.0 * length))[:, None] * around
-    towards = np.linalg.eigh(bends.T @ bends)[1][:, 1:]
-    return [Nesting("cone", height[:, None], lean), Nesting("torus", bends @ towards, LARGEST_BEND)]
+    best_seen = np.linalg.eigh(bends.T @ bends)[1][:, 1:]
+    return [Nesting("cone", height[:, None], lean), Nesting("torus", bends, LARGEST_BEND, best_seen)]
 
 
 def _of_sphere(sphere: Sphere, feet: Array) -> list[Nesting]:

@@ -169,9 +169,9 @@ def _nested(tries: list[_Try], cloud: Cloud) -> dict[str, bool]:
     scale = max(evidence.noise_scale, ROUNDING_NOISE * evidence.rounding)
     found = intervals(evidence.primitive, cloud.working[near], evidence.distance[near], scale, cloud.extent)
     return {
-        kind: interval.is_open
-        for kind, interval in found.items()
-        if interval.is_open or interval.is_significant(alike)
+        kind: any(interval.is_open for interval in ways)
+        for kind, ways in found.items()
+        if any(interval.is_open or interval.is_significant(alike) for interval in ways)
     }
 
 

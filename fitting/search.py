@@ -23,7 +23,7 @@ from fitting.noise import (
     is_peaked,
     trimmed_scale,
 )
-from fitting.primitives import KINDS, PRIMITIVES, Primitive
+from fitting.primitives import KINDS, PRIMITIVES, Cylinder, Primitive, Torus
 from fitting.refine import CODES, refine, settle
 from fitting.result import FailedFit
 
@@ -35,6 +35,9 @@ SEARCH_POINTS = 512
 
 RANKING_STEPS = 10
 """Robust steps that every start takes before the starts are compared."""
+
+BENT_CYLINDERS = 3
+"""So many cylinders are bent for starts of tori."""
 
 SETTLED_STARTS = 24
 SETTLING_STEPS = 20
@@ -210,9 +213,18 @@ def ranked_starts(kind: str, view: View, rng: np.random.Generator, extra: Sequen
     points, normals, limits = view.points[:GUESS_POINTS], view.normals[:GUESS_POINTS], view.limits
     there = points if limits is None else points + limits.pivot
     guesses = np.vstack([PRIMITIVES[kind].initial_guesses(there, normals, rng), *extra])
+    if kind == "torus":
+        guesses = np.vstack([guesses, _bent_cylinders(there, normals, view.tolerance, rng)])
     if limits is not None:
         guesses = limits.guesses(guesses, there, normals, rng)
     return _settled(kind, guesses, points, view.tolerance, RANKING_STEPS, limits)[0]
+
+
+def _bent_cylinders(points: Array, normals: Array, tolerance: float, rng: np.random.Generator) -> Array:
+    """Rows (K, 9) of the tori that the better ones of the cylinders bend into: they need no good normals."""
+    guesses = Cylinder.initial_guesses(points, normals, rng)
+    cylinders, _ = _settled("cylinder", guesses, points, tolerance, RANKING_STEPS, None)
+    return Torus.rows_bent(cylinders[:BENT_CYLINDERS], points)
 
 
 def search(kind: str, starts: Array, view: View) -> Annealed:

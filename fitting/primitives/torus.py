@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fitting.axes import RevolutionAxis, Seen, axis_directions, circles, revolution_axis, robust_linear_solve
-from fitting.geometry import TINY, Array, around_axis, basis, canonical_direction, rows, unit, vector
+from fitting.geometry import TINY, Array, around_axis, basis, canonical_direction, cross, rows, unit, vector
 
 CYLINDER_LIKE = 5.0
 """A major radius beyond this many extents asks for a look at the cylinder."""
@@ -20,6 +20,9 @@ SPHERE_LIKE = 0.1
 
 SMALLEST_MAJOR = 0.05
 """Guesses start with at least this major radius, in extents: at 0 the axis has no meaning."""
+
+LEAST_CURVATURE = 0.01
+"""Bent cylinders start with at least this curvature, over extents: at 0 they have no centre."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +116,36 @@ class Torus:
         along = (spine - center) @ axes
         x, y, major = circles(along[None, :, 2], along[None, :, 1], rounds)
         return rows(axes[None, :, 0], center + x * axes[:, 2] + y * axes[:, 1], major=major, offset=radius)
+
+    @classmethod
+    def rows_bent(cls, cylinders: Array, points: Array, rounds: int = 4) -> Array:
+        """The tori (K, 9) that cylinders (K, 9) bend into, as the points say; no normals are needed.
+
+        An axis of curvature k towards the unit vector e is k h^2 / 2 off at height h, and moves the surface
+        by that times the cosine of the angle from e. Shift, tilt and radius are free, too, to first order.
+        """
+        seen = Seen.along(cylinders[:, :3], points, points)
+        x = seen.x - np.einsum("ki,ki->k", cylinders[:, 3:6], seen.u)[:, None]
+        y = seen.y - np.einsum("ki,ki->k", cylinders[:, 3:6], seen.v)[:, None]
+        middle = seen.height.mean(axis=1)
+        height = seen.height - middle[:, None]
+        rho = np.hypot(x, y) + TINY
+        around = np.stack([x / rho, y / rho], axis=-1)
+        bend = 0.5 * height[..., None] ** 2 * around
+        tilt = height[..., None] * around
+        design = np.concatenate([bend, around, tilt, np.ones((*rho.shape, 1))], axis=-1)
+        found = robust_linear_solve(design, rho - cylinders[:, 8, None], rounds)
+        curvature = np.hypot(found[:, 0], found[:, 1]) + TINY
+        major = 1.0 / np.maximum(curvature, LEAST_CURVATURE)
+        towards = (found[:, :1] * seen.u + found[:, 1:2] * seen.v) / curvature[:, None]
+        along = seen.axes + found[:, 4:5] * seen.u + found[:, 5:6] * seen.v
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        axes = cross(along, towards)
+        axes /= np.linalg.norm(axes, axis=1)[:, None]
+        on_axis = cylinders[:, 3:6] + middle[:, None] * seen.axes + seen.placed(found[:, 2], found[:, 3])
+        return rows(
+            axes, on_axis + major[:, None] * towards, major=major, offset=cylinders[:, 8] + found[:, 6]
+        )
 
     def canonical(self, center: Array) -> Self:
         return type(self)(self.center, canonical_direction(self.axis), self.major_radius, self.minor_radius)

@@ -6,6 +6,7 @@ import pytest
 from fitting.geometry import Array
 from fitting.nesting import Interval, intervals
 from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from fitting.recognize import recognize
 from fitting.refine import refine
 
 RNG = np.random.default_rng(11)
@@ -20,7 +21,8 @@ def around(count: int = 400) -> tuple[Array, Array]:
 
 def found(simple: Primitive, points: Array, noise: float) -> dict[str, Interval]:
     fitted = refine(simple, points).primitive
-    return intervals(fitted, points, fitted.signed_distance(points), noise, 2.0)
+    ways = intervals(fitted, points, fitted.signed_distance(points), noise, 2.0)
+    return {kind: max(each, key=lambda way: way.estimate + way.error) for kind, each in ways.items()}
 
 
 def test_the_estimate_is_the_parameter_that_was_put_in() -> None:
@@ -67,5 +69,31 @@ def test_general_kinds_leave_nothing_open_and_points_on_an_axis_do_no_harm() -> 
     torus = Torus([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 1.0, 0.3)
     assert intervals(torus, torus.surface(angle, height), np.zeros(50), 0.1, 2.0) == {}
     ring = np.vstack([PIPE.surface(angle, 0.0 * height), [[0.0, 0.0, 0.0]]])
-    for interval in intervals(PIPE, ring, PIPE.signed_distance(ring), 0.1, 1.0).values():
-        assert not np.isnan(interval.estimate) and not np.isnan(interval.error)
+    for ways in intervals(PIPE, ring, PIPE.signed_distance(ring), 0.1, 1.0).values():
+        assert not np.isnan([[way.estimate, way.error, way.whole, way.evidence] for way in ways]).any()
+
+
+def test_a_bend_that_a_cylinder_hides_is_significant_in_some_direction() -> None:
+    """Least squares turns the cylinder so that the bend is small where it is seen best."""
+    angle, height = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, 40), RNG.uniform(-1.0, 1.0, 40)
+    bent = Torus([10.0, 0.0, 0.0], [0.0, 1.0, 0.0], 10.0, 1.0).surface(np.pi + 0.15 * height, angle)
+    bent += RNG.normal(0.0, 4e-4, bent.shape)
+    straight = PIPE.surface(angle, 1.5 * height) * 2.0 + RNG.normal(0.0, 4e-3, bent.shape)
+    for points, expected in ((bent, True), (straight, False)):
+        fitted = refine(PIPE, points).primitive
+        distance = fitted.signed_distance(points)
+        noise = float(np.sqrt(np.sum(distance**2) / 35.0))
+        ways = intervals(fitted, points, distance, noise, 3.5)["torus"]
+        assert any(way.is_significant(1.0) for way in ways) == expected
+
+
+def test_a_few_points_on_a_bent_tube_are_a_torus() -> None:
+    """Normals of so few points tell nothing; the search bends cylinders."""
+    rng = np.random.default_rng(4)
+    for _ in range(8):
+        torus = Torus(rng.normal(size=3), rng.normal(size=3), rng.uniform(8.0, 14.0), 1.0)
+        points = torus.surface(rng.uniform(-0.16, 0.16, 45), rng.uniform(0.0, 2.0 * np.pi, 45))
+        points += rng.normal(0.0, 4e-4, points.shape)
+        answer = recognize(points)
+        assert answer.status == "fitted" and isinstance(answer.primitive, Torus)
+        assert answer.error is not None and answer.error.rms < 8e-4
