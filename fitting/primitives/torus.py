@@ -135,9 +135,10 @@ class Torus:
         tilt = height[..., None] * around
         design = np.concatenate([bend, around, tilt, np.ones((*rho.shape, 1))], axis=-1)
         found = robust_linear_solve(design, rho - cylinders[:, 8, None], rounds)
-        curvature = np.hypot(found[:, 0], found[:, 1]) + TINY
-        major = 1.0 / np.maximum(curvature, LEAST_CURVATURE)
-        towards = (found[:, :1] * seen.u + found[:, 1:2] * seen.v) / curvature[:, None]
+        curvature = np.hypot(found[:, 0], found[:, 1])
+        found[:, 0] = np.where(curvature < LEAST_CURVATURE, LEAST_CURVATURE, found[:, 0])
+        major = 1.0 / np.hypot(found[:, 0], found[:, 1])
+        towards = major[:, None] * (found[:, :1] * seen.u + found[:, 1:2] * seen.v)
         along = seen.axes + found[:, 4:5] * seen.u + found[:, 5:6] * seen.v
         along /= np.linalg.norm(along, axis=1)[:, None]
         axes = cross(along, towards)
