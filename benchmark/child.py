@@ -6,7 +6,6 @@ measured.
 """
 
 import gc
-import hashlib
 import os
 import platform
 import resource
@@ -21,21 +20,13 @@ from typing import Any
 import numpy as np
 
 from benchmark.methods import METHODS, Answer, Method, load
+from benchmark.sources import ROOT, digest, own_files
 from fitting.geometry import Array
 from fitting.primitives import KINDS, PRIMITIVES, parameters
 from synthetic import BenchmarkRecipe, cloud
 
-ROOT = Path(__file__).parent.parent
 MEMORY_SHARE = 0.75
 """Of the machine's memory, that a method may take before it gets a `MemoryError`."""
-SOURCES = (
-    ("fitting", "**/*.py"),
-    ("fitting", "*.pyx"),
-    ("fitting", "*.h"),
-    ("models", "*.py"),
-    ("models/weights", "*.npz"),
-)
-"""Folders and files that primfit's answers depend on."""
 WARM_UP_SEED = 0
 NOTE = 300
 """Characters that are kept of an error."""
@@ -135,13 +126,8 @@ def versions(method: Method) -> dict[str, str]:
     found = {name: installed(name) for name in packages} | {"python": platform.python_version()}
     module = METHODS[method.name].partition(":")[0].replace(".", "/")
     files = [ROOT / f"{module}.py"]
-    if method.package == "primfit":
-        for folder, pattern in SOURCES:
-            files += sorted((ROOT / folder).glob(pattern))
-    digest = hashlib.sha256()
-    for path in files:
-        digest.update(path.read_bytes())
-    return found | {"source": digest.hexdigest()[:8]}
+    files += own_files() if method.package == "primfit" else []
+    return found | {"source": digest(files)}
 
 
 def installed(package: str) -> str:

@@ -19,7 +19,8 @@ from benchmark.report.added import draw_added
 from benchmark.report.coverage import write_coverage
 from benchmark.report.pictures import require_matplotlib
 from benchmark.runner import Child, MethodError, Work, begin, interpreter, introduce, run
-from benchmark.service import ServiceError, busy, measure, table
+from benchmark.service import busy, measure, table
+from benchmark.serving import ServiceError
 from benchmark.summary import summary, wrong_line
 from benchmark.track import TRACK, TrackError, TrackFolder
 

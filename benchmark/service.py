@@ -8,14 +8,11 @@ process of its own, as niced as the workers of the service and on the same proce
 import io
 import json
 import os
-import re
-import signal
 import socket
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,6 +20,7 @@ import numpy as np
 
 from benchmark.cases import Case
 from benchmark.runner import Child
+from benchmark.serving import PATIENCE, ServiceError, connect, on_one_processor, post, serving
 from fitting.geometry import Array
 from fitting.primitives import KINDS
 from synthetic import ScannerRecipe, cloud
@@ -35,13 +33,7 @@ BAR = ("npy", 3000, 2.0)
 NICE = 5
 """What workers of the service add to their niceness."""
 IN_A_ROW = 5
-PATIENCE = 60.0
-_REPLY = re.compile(rb"HTTP/1.1 (?P<status>\d+)(?s:.*?)\r\ncontent-length: (?P<length>\d+)(?s:.*?)\r\n\r\n")
 SCAN = ScannerRecipe(noise=Range(1e-3, 1e-3), noiseless=0.0, outliers=Range(0.0, 0.0), size=Range(1.0, 1.0))
-
-
-class ServiceError(RuntimeError):
-    """The service did not start, refused a request, or answered otherwise than the fit alone."""
 
 
 def npy(points: Array) -> bytes:
@@ -95,11 +87,11 @@ def measure(turns: int, seed: int, log: Path) -> Iterator[Row]:
     ServiceError
         The service did not start, or answers otherwise than the fit alone.
     """
-    with (
-        Child(Path(sys.executable), log) as child,
-        serving(log) as port,
-        _connection(port) as connection,
-    ):
+    with ExitStack() as opened:
+        child = opened.enter_context(Child(Path(sys.executable), log))
+        with on_one_processor():
+            port = opened.enter_context(serving(log))
+        connection = opened.enter_context(connect(port))
         child.introduction(METHOD)
         assert child.process is not None
         os.setpriority(os.PRIO_PROCESS, child.process.pid, os.getpriority(os.PRIO_PROCESS, 0) + NICE)
@@ -126,85 +118,13 @@ def _row(connection: socket.socket, child: Child, format: str, cases: list[Case]
                 fits[place, turn, i] = 1e3 * (outcome.seconds or 0.0)
             for i in range(IN_A_ROW):
                 started = time.perf_counter()
-                content = _post(connection, media_type, body)
+                content = post(connection, media_type, body)
                 requests[place, turn, i] = 1e3 * (time.perf_counter() - started)
             answer = json.loads(content)
             if (answer["status"], answer["primitive"]) != (outcome.status, outcome.primitive):
                 raise ServiceError(f"the service and the fit alone answer differently: {format}, {case.name}")
     counted = (values[:, 1:, 1:].reshape(len(cases), -1) for values in (requests, fits))
     return Row(format, len(cases[0].points), len(bodies[0]), *counted)
-
-
-def _post(connection: socket.socket, media_type: str, body: bytes) -> bytes:
-    status, content = _ask(connection, f"POST /fit HTTP/1.1\r\nContent-Type: {media_type}", body)
-    if status != 200:
-        raise ServiceError(f"the service answered {status}: {content.decode()[:200]}")
-    return content
-
-
-def _ask(connection: socket.socket, head: str, body: bytes = b"") -> tuple[int, bytes]:
-    """Status and body of an answer, over a bare socket: what a client library adds is its own affair."""
-    connection.sendall(f"{head}\r\nHost: localhost\r\nContent-Length: {len(body)}\r\n\r\n".encode() + body)
-    reply = b""
-    while not (found := _REPLY.match(reply)) or len(reply) < found.end() + int(found["length"]):
-        piece = connection.recv(2**16)
-        if not piece:
-            raise ConnectionError("the service closed the connection")
-        reply += piece
-    return int(found["status"]), reply[found.end() :]
-
-
-def _connection(port: int) -> socket.socket:
-    connection = socket.create_connection(("127.0.0.1", port), PATIENCE)
-    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return connection
-
-
-@contextmanager
-def serving(log: Path) -> Iterator[int]:
-    """A service with one worker on the processor where the fit alone runs, too; yields its port."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    with log.open("ab") as output, _on_one_processor():
-        process = subprocess.Popen(
-            [sys.executable, "-m", "app.cli", "serve", "--port", str(port), "--workers", "1"],
-            stdout=output,
-            stderr=output,
-        )
-    try:
-        _wait(process, port, log)
-        yield port
-    finally:
-        process.send_signal(signal.SIGTERM)
-        process.wait(PATIENCE)
-
-
-@contextmanager
-def _on_one_processor() -> Iterator[None]:
-    """What is started within stays on the processor that `benchmark.child` takes."""
-    if not hasattr(os, "sched_setaffinity"):
-        yield
-        return
-    mine = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {max(mine)})
-    try:
-        yield
-    finally:
-        os.sched_setaffinity(0, mine)
-
-
-def _wait(process: subprocess.Popen[bytes], port: int, log: Path) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while process.poll() is None and time.monotonic() < deadline:
-        try:
-            with _connection(port) as connection:
-                if _ask(connection, "GET /readyz HTTP/1.1")[0] == 200:
-                    return
-        except OSError:
-            pass
-        time.sleep(0.1)
-    raise ServiceError(f"the service did not become ready; see {log}")
 
 
 def table(rows: list[Row]) -> str:

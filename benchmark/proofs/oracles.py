@@ -4,7 +4,7 @@ Surfaces are dicts of parameters. Distances are taken in `numpy.longdouble` (64 
 straight from the definitions, and derivatives by differences of them.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +28,8 @@ DIRECTION = {"plane": "normal", "cylinder": "axis", "cone": "axis", "torus": "ax
 DOF = {"plane": 3, "sphere": 4, "cylinder": 5, "cone": 6, "torus": 7}
 
 
-def long(surface: dict[str, object]) -> Surface:
-    """The parameters, as `primitive.parameters` names them, in long double."""
+def long(surface: Mapping[str, object]) -> Surface:
+    """The parameters, as `fitting.primitives.parameters` names them, in long double."""
     return {name: np.asarray(value, np.longdouble) for name, value in surface.items() if name != "kind"}
 
 
@@ -115,11 +115,67 @@ def newton(kind: str, surface: Surface, points: Long, steps: int = 12) -> Surfac
     return surface
 
 
+def framed(kind: str, surface: Surface, center: Array, size: float) -> Surface:
+    """The surface as seen from a centre, in units of a size."""
+    result = {name: value / size if "radius" in name else value for name, value in surface.items()}
+    result[ANCHOR[kind]] = (surface[ANCHOR[kind]] - center) / size
+    return centred(kind, result)
+
+
+def centred(kind: str, surface: Surface) -> Surface:
+    """The same surface; a plane's point and that of a cylinder's axis are those closest to the origin."""
+    if kind not in ("plane", "cylinder"):
+        return surface
+    point, direction = surface[ANCHOR[kind]], surface[DIRECTION[kind]]
+    along = (point @ direction) * direction
+    return surface | {ANCHOR[kind]: along if kind == "plane" else point - along}
+
+
+def frame(points: Array) -> tuple[Array, float]:
+    """Centroid and root mean square radius of points (N, 3)."""
+    center = points.mean(axis=0)
+    return center, float(np.sqrt(np.mean(np.sum((points - center) ** 2, axis=1))))
+
+
+def near(kind: str, surface: Surface, count: int, rng: np.random.Generator, reach: float) -> Iterator[Surface]:
+    """The surface, and others about it that are ever farther away."""
+    for width in np.linspace(0.0, reach, count):
+        yield moved(kind, surface, rng.normal(0.0, 1.0, DOF[kind]) * width)
+
+
+def misses(kind: str, one: Surface, other: Surface, center: Array) -> tuple[float, float]:
+    """The largest difference in an angle and in a length; axes and cones are compared next to a centre.
+
+    Of a cone that is the axis and the radius there: its apex may be metres away.
+    """
+    first, second = (_at(kind, surface, center) for surface in (one, other))
+    angles = [np.linalg.norm(np.cross(first[0], second[0])), *np.abs(first[1] - second[1])]
+    lengths = [np.linalg.norm(first[2] - second[2]), *np.abs(first[3] - second[3])]
+    return float(max(angles)), float(max(lengths))
+
+
+def _at(kind: str, surface: Surface, center: Array) -> tuple[Long, ...]:
+    """Direction, angles, place and lengths of a surface as seen from a centre, in float64."""
+    place, direction = surface[ANCHOR[kind]] - center, np.zeros(3, np.longdouble)
+    if kind != "sphere":
+        direction = surface[DIRECTION[kind]]
+    height = place @ direction
+    if kind == "plane":
+        place = height * direction
+    if kind in ("cylinder", "cone"):
+        place = place - height * direction
+    angles = [surface[name] for name in surface if name == "half_angle"]
+    lengths = [surface[name] for name in surface if "radius" in name]
+    if kind == "cone":
+        lengths = [-height * np.tan(surface["half_angle"])]
+    return tuple(np.array(each, np.float64) for each in (direction, angles, place, lengths))
+
+
 def cost(kind: str, surface: Surface, points: Array) -> float:
     return float(np.sum(distances(kind, surface, points.astype(np.longdouble)) ** 2))
 
 
-def least_squares_optimum(kind: str, starts: Iterator[Surface], points: Array) -> Surface:
+def least_squares_optimum(kind: str, starts: Iterable[Surface], points: Array) -> Surface:
     """The cheapest end of scipy's least squares from all starts, and then Newton in long double.
 
     Points are to be centred and of extent near 1.

@@ -1,0 +1,178 @@
+"""Answers follow their cloud: turned, moved, scaled, permuted, or with every point twice.
+
+Coordinates after a transformation are rounded anew, each by at most half a unit in the last place of the
+largest, u. By linear propagation an error e of the distances moves the parameters of least squares by
+dp = (J'J)^-1 J'e, with the Jacobian J of the distances at the N points, so J dp is the projection of e and
+|J dp| <= |e| <= u sqrt(N). That is ulp times conditioning for all parameters and all their combinations c at
+once: |c'dp| <= u sqrt(N) sqrt(c'(J'J)^-1 c) for every c, with equality for the worst, if and only if
+|J dp| <= u sqrt(N). And J dp are the distances between the two surfaces at the points. So what is compared is
+their root mean square over the points that belong to the answer, in units of u.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from itertools import count
+
+import numpy as np
+from numpy.random import Generator
+from scipy.spatial.transform import Rotation
+
+from benchmark.cases import CASE_SETS, REDRAWN, SCAN
+from benchmark.proofs import oracles
+from benchmark.proofs.oracles import Array
+from benchmark.proofs.trial import Figures, Trial, UnfittedError
+from fitting.classifier import Classifier
+from fitting.noise import rounding_of
+from fitting.primitives import KINDS, Primitive, parameters
+from fitting.recognize import recognize
+from fitting.result import Recognition
+from models import load_classifier
+from synthetic import BenchmarkRecipe, cloud
+from synthetic.recipes import Range
+
+MOST_COMPARED = 2000
+"""Points at which surfaces are compared; of more every k-th."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """x -> scale * rotation @ x + translation, and which points there are afterwards, in which order."""
+
+    order: np.ndarray
+    rotation: Array
+    translation: Array
+    scale: float = 1.0
+
+    def apply(self, points: Array) -> Array:
+        return np.asarray(self.scale * points[self.order] @ self.rotation.T + self.translation)
+
+    def undo(self, primitive: Primitive) -> Primitive:
+        back = self.rotation.T / self.scale @ self.translation
+        return primitive.transformed(self.rotation.T, -back, 1.0 / self.scale)
+
+
+Make = Callable[[Array, Generator], Moved]
+
+
+def _turned(points: Array, rng: Generator) -> Moved:
+    return replace(_still(points), rotation=Rotation.random(random_state=rng).as_matrix())
+
+
+def _moved(extents: float) -> Make:
+    def make(points: Array, rng: Generator) -> Moved:
+        by = rng.normal(size=3)
+        distance = extents * np.linalg.norm(np.ptp(points, axis=0)) / np.linalg.norm(by)
+        return replace(_still(points), translation=distance * by)
+
+    return make
+
+
+def _scaled(power: int) -> Make:
+    return lambda points, rng: replace(_still(points), scale=2.0**power)
+
+
+def _permuted(points: Array, rng: Generator) -> Moved:
+    return replace(_still(points), order=rng.permutation(len(points)))
+
+
+def _doubled(points: Array, rng: Generator) -> Moved:
+    return replace(_still(points), order=np.tile(np.arange(len(points)), 2))
+
+
+def _still(points: Array) -> Moved:
+    return Moved(np.arange(len(points)), np.eye(3), np.zeros(3))
+
+
+TRANSFORMATIONS: dict[str, Make] = {
+    "turned": _turned,
+    "moved by 5 extents": _moved(5.0),
+    "moved by 1,000 extents": _moved(1000.0),
+    "4 times as large": _scaled(2),
+    "2^20 times as large": _scaled(20),
+    "2^-20 times as large": _scaled(-20),
+    "permuted": _permuted,
+    "every point twice": _doubled,
+}
+
+
+# -- clouds -------------------------------------------------------------------------------------------------
+
+
+def _of_set(name: str, seed: int, index: int) -> Array:
+    return CASE_SETS[name].draw(seed, index).points
+
+
+def _exact(seed: int, index: int) -> Array:
+    return cloud(BenchmarkRecipe(seed, (KINDS[index % len(KINDS)],), ("A0",)), index).points
+
+
+def _large(seed: int, index: int) -> Array:
+    """Twice as many points are more than 20,000, or they are so already."""
+    points = LARGE[index // len(KINDS) % len(LARGE)]
+    kinds = (KINDS[index % len(KINDS)],)
+    return cloud(replace(SCAN, seed=seed, kinds=kinds, points=points), index).points
+
+
+LARGE = (Range(11_000, 19_000), Range(21_000, 40_000))
+CLOUDS: dict[str, Callable[[int, int], Array]] = {
+    "scanner": partial(_of_set, "scanner"),
+    "shrec": partial(_of_set, "shrec"),
+    "scans-2": partial(_of_set, "scans-2"),
+    "scans-0.3": partial(_of_set, "scans-0.3"),
+    "exact": _exact,
+    "large": _large,
+}
+
+
+def draw(seed: int, index: int) -> Trial:
+    """Families take turns; clouds whose coordinates are written in decimal steps are drawn again."""
+    family, number = tuple(CLOUDS)[index % len(CLOUDS)], index // len(CLOUDS)
+    for other in count(number, REDRAWN):
+        points = CLOUDS[family](seed, other)
+        if rounding_of(points).step is None:
+            break
+    about = f"{family} {other}, {len(points)} points"
+    return Trial({"family": family}, about, partial(compare, points, np.random.default_rng([seed, index, 14])))
+
+
+# -- answers ------------------------------------------------------------------------------------------------
+
+
+def compare(points: Array, rng: Generator) -> Figures:
+    """By transformation, how far the answer is from the one before, in units in the last place."""
+    before = _answer(points)
+    if before.primitive is None or before.inliers is None:
+        raise UnfittedError(f"{before.status}: {before.message}")
+    held = points[before.inliers.among(points)]
+    held = held[:: max(1, len(held) // MOST_COMPARED)]
+    return {
+        name: _difference(points, held, make(points, rng), before) for name, make in TRANSFORMATIONS.items()
+    }
+
+
+def _difference(points: Array, held: Array, by: Moved, before: Recognition) -> float:
+    """Infinite where status or kind is another one."""
+    transformed = by.apply(points)
+    after = _answer(transformed)
+    assert before.primitive is not None
+    if after.primitive is None or (after.status, after.primitive.kind) != (
+        before.status,
+        before.primitive.kind,
+    ):
+        return np.inf
+    largest = max(np.abs(points).max(), np.abs(transformed).max() / by.scale)
+    surfaces = (oracles.long(parameters(each)) for each in (before.primitive, by.undo(after.primitive)))
+    one, other = (oracles.distances(before.primitive.kind, s, held.astype(np.longdouble)) for s in surfaces)
+    if before.primitive.kind == "plane" and one @ other < 0.0:
+        other = -other
+    return float(np.sqrt(np.mean((one - other) ** 2)) / np.spacing(largest))
+
+
+def _answer(points: Array) -> Recognition:
+    return recognize(points, classifier=_classifier())
+
+
+@cache
+def _classifier() -> Classifier | None:
+    return load_classifier("network")

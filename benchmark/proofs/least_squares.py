@@ -1,0 +1,83 @@
+"""Least squares beside the cheapest of many minima, and beside the nominal surface of exact points."""
+
+from functools import partial
+
+import numpy as np
+from numpy.random import Generator
+
+from benchmark.proofs import oracles
+from benchmark.proofs.fits import fitted
+from benchmark.proofs.parts import Part, part
+from benchmark.proofs.trial import Figures, Trial
+from fitting.primitives import KINDS, parameters
+
+ANGLE, LENGTH = 1e-7, 1e-4
+"""What a reference value may be missed by, in radians and millimetres ..."""
+
+RELATIVE = 1e-8
+"""... and cost, angles, and lengths over the size of the cloud, where both are fitted to the same points."""
+
+STARTS, FARTHEST = 4, 0.3
+"""Of the other optimiser, and how far from the nominal surface the last is, in root mean square radii."""
+
+
+def draw(seed: int, index: int) -> Trial:
+    """Kinds take turns; half of the parts are noisy, the others exact."""
+    kind, exact = KINDS[index % len(KINDS)], index // len(KINDS) % 2 == 1
+    rng = np.random.default_rng([seed, index, 11])
+    made = part(kind, rng, exact)
+    groups: dict[str, str | float] = {
+        "kind": kind,
+        "points": "minimal" if made.is_minimal else "more",
+        "noise": "exact" if exact else "noisy",
+        "arc": made.arc,
+    }
+    if kind == "cone":
+        groups["half_angle"] = round(float(np.degrees(made.nominal.half_angle)), 3)  # type: ignore[attr-defined]
+    held = partial(beside_nominal, kind, made) if exact else partial(beside_optimum, kind, made, rng)
+    return Trial(groups, made.about, held)
+
+
+def beside_optimum(kind: str, made: Part, rng: Generator, starts: int = STARTS) -> Figures:
+    """How much more than the optimum primfit's sum of squares is, and how far from it the surface.
+
+    `excess` is relative to the optimum, of which 1e-14 of the size squared a point are rounding.
+    """
+    center, size = oracles.frame(made.points)
+    points = (made.points - center) / size
+    found = oracles.framed(kind, fitted(kind, made.points, "least_squares"), center, size)
+    nominal = oracles.framed(kind, oracles.long(parameters(made.nominal)), center, size)
+    ends = [*oracles.near(kind, nominal, starts, rng, FARTHEST), found]
+    best = oracles.least_squares_optimum(kind, ends, points)
+    ours, least = (oracles.cost(kind, surface, points) for surface in (found, best))
+    figures = {"excess": max(ours - least, 0.0) / (least + 1e-14 * len(points))}
+    # Several surfaces pass through as many points as there are parameters.
+    return figures if made.is_minimal else figures | _missed(kind, found, best, made)
+
+
+def beside_nominal(kind: str, made: Part) -> Figures:
+    """How far from the nominal surface; of minimal sets only that it passes through the points."""
+    found = fitted(kind, made.points, "least_squares")
+    if made.is_minimal:
+        distances = oracles.distances(kind, found, made.points.astype(np.longdouble))
+        return {"off": float(np.abs(distances).max())}
+    center, size = oracles.frame(made.points)
+    nominal = oracles.long(parameters(made.nominal))
+    return _missed(kind, *(oracles.framed(kind, each, center, size) for each in (found, nominal)), made)
+
+
+def _missed(kind: str, found: oracles.Surface, reference: oracles.Surface, made: Part) -> Figures:
+    """`angle` [rad] and `length` [mm], where the coordinates tell both to 1e-8 of radian and size.
+
+    `missed` is the larger over what may be missed: the same 1e-8, and what the rounding of the coordinates
+    hides. Lengths of large spheres and far apexes in proportion to how far they are.
+    """
+    center, size = oracles.frame(made.points)
+    points = (made.points - center) / size
+    angle, length = oracles.misses(kind, found, reference, np.zeros(3))
+    slopes = oracles.derivatives(kind, reference, points.astype(np.longdouble)).astype(np.float64)
+    weakest = np.linalg.svd(slopes, compute_uv=False)[-1] / np.sqrt(len(points))
+    rounding = 4.0 * float(np.spacing(np.abs(made.points).max())) / size / weakest
+    reach = max(1.0, float(np.linalg.norm(found[oracles.ANCHOR[kind]].astype(np.float64))))
+    figures = {"missed": max(angle, length / reach) / (RELATIVE + rounding)}
+    return figures | {"angle": angle, "length": length * size} if rounding < RELATIVE else figures

@@ -1,0 +1,28 @@
+"""Which state of the code made a record."""
+
+import hashlib
+from collections.abc import Iterable
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+SOURCES = (
+    ("fitting", "**/*.py"),
+    ("fitting", "*.pyx"),
+    ("fitting", "*.h"),
+    ("models", "*.py"),
+    ("models/weights", "*.npz"),
+)
+"""Folders and files that primfit's answers depend on."""
+
+
+def own_files() -> list[Path]:
+    """Those of `SOURCES`."""
+    return [path for folder, pattern in SOURCES for path in sorted((ROOT / folder).glob(pattern))]
+
+
+def digest(files: Iterable[Path]) -> str:
+    """The start of the SHA-256 of what is in them."""
+    found = hashlib.sha256()
+    for path in files:
+        found.update(path.read_bytes())
+    return found.hexdigest()[:8]
