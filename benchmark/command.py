@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from typing import Any
 
@@ -13,11 +14,14 @@ from benchmark import coverage
 from benchmark.cases import CASE_SETS, Case, CaseSet
 from benchmark.methods import METHODS, PEERS
 from benchmark.options import make_parser
+from benchmark.proofs import PROOFS
+from benchmark.proofs.records import Key, ProofRecord, ProofsFile, prove
 from benchmark.records import Record, RecordsFile
 from benchmark.report import MissingMatplotlibError, NoRecordsError, write
 from benchmark.report.added import draw_added
 from benchmark.report.coverage import write_coverage
 from benchmark.report.pictures import require_matplotlib
+from benchmark.report.proofs import proven
 from benchmark.runner import Child, MethodError, Work, begin, interpreter, introduce, run
 from benchmark.service import busy, measure, table
 from benchmark.serving import ServiceError
@@ -30,7 +34,7 @@ BAD_INPUT, INTERRUPTED = 2, 130
 
 def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
     """The command with these arguments; returns its exit status."""
-    parser = make_parser(program, run_action, report_action, service_action, coverage_action)
+    parser = make_parser(program, run_action, report_action, service_action, coverage_action, proofs_action)
     options = parser.parse_args(arguments)
     if not hasattr(options, "action"):
         parser.print_help()
@@ -68,6 +72,24 @@ def coverage_action(options: argparse.Namespace) -> int:
     found = coverage.measure(options.n, options.seed, options.processes)
     command = f"primfit bench coverage --n {options.n} --seed {options.seed}"
     print(f"written: {write_coverage(found, command, options.out)} and images/ beside it")
+    return 0
+
+
+def proofs_action(options: argparse.Namespace) -> int:
+    file = ProofsFile(options.out)
+    asked = [
+        (name, options.seed, case)
+        for name, proof in PROOFS.items()
+        if name in (options.set or PROOFS)
+        for case in range(options.n or (proof.full if options.full else proof.small))
+    ]
+    left = file.begin(asked, options.restart)
+    console = Console(highlight=False)
+    with ProcessPoolExecutor(options.processes) as pool:
+        count_up(file.append(pool.map(prove, left)), asked, left, console)
+    for line in proven([record for record in file.read() if record.key in set(asked)]):
+        console.print(line, soft_wrap=True, markup=False)
+    console.print(f"records: {file.path}")
     return 0
 
 
@@ -122,6 +144,21 @@ def usable(
                 raise MethodError(sentence)
             console.print(f"left out: {sentence}")
     return {name: told for name, told in known.items() if "missing" not in told}
+
+
+def count_up(
+    records: Iterable[ProofRecord], asked: Sequence[Key], left: Sequence[Key], console: Console
+) -> None:
+    """A bar for each set, which moves as its records come."""
+    columns = (TextColumn("{task.description:<15}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console) as progress:
+        bars = {}
+        for name in dict.fromkeys(name for name, *_ in asked):
+            total, remain = (sum(key[0] == name for key in keys) for keys in (asked, left))
+            bars[name] = progress.add_task(name, total=total, completed=total - remain, start=not remain)
+        for record in records:
+            progress.start_task(bars[record.set])
+            progress.advance(bars[record.set])
 
 
 def watch(

@@ -7,6 +7,7 @@ from typing import Any
 
 from benchmark.cases import CASE_SETS
 from benchmark.methods import METHODS
+from benchmark.proofs import PROOFS
 
 FOLDER = Path("build/bench")
 """Where records are kept unless something else is said."""
@@ -24,6 +25,7 @@ def make_parser(
     report: Callable[..., int],
     service: Callable[..., int],
     coverage: Callable[..., int],
+    proofs: Callable[..., int],
 ) -> argparse.ArgumentParser:
     """A parser whose result holds `action`, one of the functions, which takes the result."""
     parser = argparse.ArgumentParser(
@@ -37,15 +39,17 @@ def make_parser(
   {program} report                    tables and pictures from the records
   {program} service                   what a request to the service takes more than the fit alone
   {program} coverage --n 100          do the 95 % intervals hold the truth?
+  {program} proofs --seed 7           beside independent optimisers, and turned, moved, scaled, permuted
 
 `{program} run --help` lists the sets and the methods. docs/benchmarking.md explains them.""",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    actions = parser.add_subparsers(title="actions", metavar="run | report | service | coverage")
+    actions = parser.add_subparsers(title="actions", metavar="run | report | service | coverage | proofs")
     _add_run(actions).set_defaults(action=run)
     _add_report(actions).set_defaults(action=report)
     _add_service(actions).set_defaults(action=service)
     _add_coverage(actions).set_defaults(action=coverage)
+    _add_proofs(actions).set_defaults(action=proofs)
     return parser
 
 
@@ -124,6 +128,31 @@ def _add_coverage(actions: Any) -> argparse.ArgumentParser:
     add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
     add("--processes", type=_whole_from_1, default=1, metavar="N", help="that share the work (default: 1)")
     add("--out", type=Path, default=FOLDER / "report", metavar="DIR", help="folder of both files")
+    return parser
+
+
+def _add_proofs(actions: Any) -> argparse.ArgumentParser:
+    sets = "\n".join(
+        f"  {name:16} {proof.about} ({proof.small} cases, full: {proof.full})"
+        for name, proof in PROOFS.items()
+    )
+    parser: argparse.ArgumentParser = actions.add_parser(
+        "proofs",
+        help="hold answers against independent optimisers, and against those for the cloud transformed",
+        description="Draw cases from a seed, measure them, and store a record for each in proofs.jsonl, "
+        "which the report reads. A run that was cut off goes on; another seed replaces the one before.",
+        epilog=f"sets:\n{sets}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("--set", action="append", choices=PROOFS, metavar="NAME", help="a set (repeatable; default: all)")
+    sizes = parser.add_mutually_exclusive_group()
+    sizes.add_argument("--n", type=_whole_from_1, metavar="N", help="the first N cases of each set")
+    sizes.add_argument("--full", action="store_true", help="large sets instead of small ones")
+    add("--seed", type=_seed, default=1, metavar="S", help="of all cases (default: 1)")
+    add("--processes", type=_whole_from_1, default=1, metavar="N", help="that share the work (default: 1)")
+    add("--out", type=Path, default=FOLDER, metavar="DIR", help=f"folder of the records (default: {FOLDER})")
+    add("--restart", action="store_true", help="make the records anew that are asked for")
     return parser
 
 

@@ -18,9 +18,9 @@ from typing import Any, Self
 import numpy as np
 
 from benchmark.cases import Case
-from benchmark.child import ROOT
 from benchmark.methods import PEERS
 from benchmark.records import Outcome, Record, RecordsFile, Scored
+from benchmark.sources import ROOT
 
 THREADS = ("OMP", "OPENBLAS", "MKL", "RAYON", "NUMEXPR", "NUMBA", "TBB")
 """Each with `_NUM_THREADS`: how libraries are told to stay on one thread."""

@@ -1,11 +1,12 @@
 """Optima under constraints, by trying which of the bounds act; nothing here is shared with `fitting`.
 
-Constraints are plain values as in a request: {"radius": {"value": 5.0}}, {"radius": {"min": 4.0, "max": 6.0}},
+Constraints are plain values as in a request: {"radius": {"value": 5.0}}, {"radius": {"min": 4.0}},
 {"axis": {"direction": [0, 0, 1], "max_angle": 0.1}}, {"apex": [1.0, 2.0, 3.0]}.
 """
 
 import itertools
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,12 @@ def _length(vector: Any) -> float:
 
 
 def optimum(
-    kind: str, constraints: Constraints, truth: Surface, points: Array, loss: Any = "linear", scale: float = 1.0
+    kind: str,
+    constraints: Constraints,
+    truth: Surface,
+    points: Array,
+    loss: Any = "linear",
+    scale: float = 1.0,
 ) -> float:
     """The least cost by scipy in other coordinates: an axis by two angles about the reference or by three
     numbers, positions by three, and each bound either at its value or, if the constraints hold, away.
@@ -64,11 +70,11 @@ def optimum(
     Cost is half the sum of squares, or of the loss as `scipy.optimize.least_squares` has it. Points are to be
     near the origin.
     """
-    best = np.inf
+    best, far = np.inf, points.astype(np.longdouble)
     for fixed in _active(constraints):
         build, start = chart(fixed, truth)
         solved = least_squares(
-            lambda x, build=build: distances(kind, build(x), points).astype(np.float64),
+            lambda x, build=build: distances(kind, build(x), far).astype(np.float64),
             start, loss=loss, f_scale=scale, x_scale="jac", method="trf", ftol=1e-15, xtol=1e-15, gtol=1e-15,
             max_nfev=300,
         )  # fmt: skip
@@ -79,14 +85,15 @@ def optimum(
 
 def _active(constraints: Constraints) -> Iterator[Constraints]:
     """What acts, each bound in turn at its value or away."""
-    choices = []
+    choices: list[list[Constraints]] = []
     for name, asked in constraints.items():
         if isinstance(asked, list) or "value" in asked:
             choices.append([{name: asked}])
         elif "direction" in asked:
             choices.append([{name: asked}] + [{}] * (asked.get("max_angle", 0.0) > 0.0))
         else:
-            choices.append([{}, *({name: {"value": limit}} for limit in asked.values())])
+            limits = [{name: {"value": limit}} for limit in asked.values()]
+            choices.append([{}, *limits])
     for chosen in itertools.product(*choices):
         yield {name: asked for one in chosen for name, asked in one.items()}
 
@@ -108,15 +115,21 @@ def chart(fixed: Constraints, truth: Surface) -> tuple[Build, Array]:
         asked, at = fixed.get(name), len(start)
         if asked is None:
             start += np.atleast_1d(value).tolist()
-            makers[name] = (lambda x, at=at: x[at : at + 3]) if value.ndim else (lambda x, at=at: x[at])
-        elif isinstance(asked, list):
-            makers[name] = lambda x, asked=asked: np.array(asked)
+            makers[name] = partial(_free, at=at, shape=value.shape)
         elif "direction" in asked:
             makers[name], first = _about(asked, value, at)
             start += first
         else:
-            makers[name] = lambda x, limit=asked["value"]: limit
+            makers[name] = partial(_given, np.array(asked if isinstance(asked, list) else asked["value"]))
     return lambda x: long({name: make(x) for name, make in makers.items()}), np.array(start)
+
+
+def _free(x: Array, at: int, shape: tuple[int, ...]) -> Array:
+    return x[at : at + 3] if shape else x[at]
+
+
+def _given(value: Array, x: Array) -> Array:
+    return value
 
 
 def _about(asked: dict[str, Any], value: Array, at: int) -> tuple[Callable[[Array], Array], list[float]]:

@@ -57,7 +57,7 @@ def _within(value: Any, off: float, rng: Generator) -> Any:
 def _tilted(value: Any, off: float, rng: Generator) -> list[float]:
     across = np.cross(value, rng.normal(size=3))
     tilted = np.array(value) + np.tan(off) * across / np.linalg.norm(across)
-    return (_sign(rng) * tilted).tolist()  # type: ignore[no-any-return]
+    return (_sign(rng) * tilted).tolist()
 
 
 def _sign(rng: Generator) -> float:

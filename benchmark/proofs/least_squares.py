@@ -63,7 +63,8 @@ def beside_nominal(kind: str, made: Part) -> Figures:
         return {"off": float(np.abs(distances).max())}
     center, size = oracles.frame(made.points)
     nominal = oracles.long(parameters(made.nominal))
-    return _missed(kind, *(oracles.framed(kind, each, center, size) for each in (found, nominal)), made)
+    one, other = (oracles.framed(kind, each, center, size) for each in (found, nominal))
+    return _missed(kind, one, other, made)
 
 
 def _missed(kind: str, found: oracles.Surface, reference: oracles.Surface, made: Part) -> Figures:

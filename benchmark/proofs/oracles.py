@@ -137,7 +137,9 @@ def frame(points: Array) -> tuple[Array, float]:
     return center, float(np.sqrt(np.mean(np.sum((points - center) ** 2, axis=1))))
 
 
-def near(kind: str, surface: Surface, count: int, rng: np.random.Generator, reach: float) -> Iterator[Surface]:
+def near(
+    kind: str, surface: Surface, count: int, rng: np.random.Generator, reach: float
+) -> Iterator[Surface]:
     """The surface, and others about it that are ever farther away."""
     for width in np.linspace(0.0, reach, count):
         yield moved(kind, surface, rng.normal(0.0, 1.0, DOF[kind]) * width)

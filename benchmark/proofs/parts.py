@@ -71,9 +71,7 @@ def _feature(
     radius = size / 2.0
     if kind == "plane":
         plane = Plane(axis, center)
-        return plane, plane.surface(
-            rng.uniform(-radius, radius, n), share * rng.uniform(-radius, radius, n)
-        )
+        return plane, plane.surface(rng.uniform(-radius, radius, n), share * rng.uniform(-radius, radius, n))
     if kind == "sphere":
         sphere = Sphere(center, radius)
         return sphere, sphere.surface(

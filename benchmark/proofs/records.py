@@ -77,7 +77,7 @@ class ProofsFile:
         return [ProofRecord(**json.loads(line)) for line in lines if line.endswith("\n")]
 
     def begin(self, asked: Iterable[Key], restart: bool) -> list[Key]:
-        """What remains to be done; records of other states of the code and other seeds of a set are dropped."""
+        """What remains to be done; of a set, records of another state of the code or seed are dropped."""
         wanted = list(asked)
         seeds = {set_: seed for set_, seed, _ in wanted}
         kept = [each for each in self.read() if not restart or each.set not in seeds]

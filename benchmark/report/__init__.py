@@ -3,12 +3,14 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+from benchmark.proofs.records import ProofsFile
 from benchmark.records import RecordsFile
 from benchmark.report import pictures, sections
 from benchmark.report.bars import held_to
 from benchmark.report.data import Data, NoRecordsError
 from benchmark.report.details import details
 from benchmark.report.pictures import MissingMatplotlibError
+from benchmark.report.proofs import proven
 
 __all__ = ["MissingMatplotlibError", "NoRecordsError", "write"]
 
@@ -25,6 +27,7 @@ def write(file: RecordsFile, out: Path) -> Path:
     data = Data.of(file)
     drawn = pictures.draw(data, out / "images")
     parts: list[Iterable[str]] = [sections.head(data), held_to(data)]
+    parts += [proven(ProofsFile(file.path.parent).read())]
     parts += [sections.at_a_glance(data, drawn), sections.behind(data)]
     parts += [sections.of_set(data, set_, drawn) for set_ in data.sets]
     parts += [sections.methods(data), [sections.MEASURES]]
