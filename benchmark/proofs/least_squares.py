@@ -17,6 +17,9 @@ ANGLE, LENGTH = 1e-7, 1e-4
 RELATIVE = 1e-8
 """... and cost, angles, and lengths over the size of the cloud, where both are fitted to the same points."""
 
+ULP = 4.0
+"""Units in the last place of the largest coordinate by which rounding moves a point."""
+
 STARTS, FARTHEST = 4, 0.3
 """Of the other optimiser, and how far from the nominal surface the last is, in root mean square radii."""
 
@@ -41,7 +44,8 @@ def draw(seed: int, index: int) -> Trial:
 def beside_optimum(kind: str, made: Part, rng: Generator, starts: int = STARTS) -> Figures:
     """How much more than the optimum primfit's sum of squares is, and how far from it the surface.
 
-    `excess` is relative to the optimum, of which 1e-14 of the size squared a point are rounding.
+    `excess` is relative to the optimum, of which 1e-14 of the size squared a point are rounding. Angle and
+    length are left out where the rounding of the coordinates hides more than 1e-8 of radian or size.
     """
     center, size = oracles.frame(made.points)
     points = (made.points - center) / size
@@ -51,8 +55,12 @@ def beside_optimum(kind: str, made: Part, rng: Generator, starts: int = STARTS) 
     best = oracles.least_squares_optimum(kind, ends, points)
     ours, least = (oracles.cost(kind, surface, points) for surface in (found, best))
     figures = {"excess": max(ours - least, 0.0) / (least + 1e-14 * len(points))}
-    # Several surfaces pass through as many points as there are parameters.
-    return figures if made.is_minimal else figures | _missed(kind, found, best, made)
+    if made.is_minimal:
+        return figures  # several surfaces pass through them
+    apart, hidden = _apart(kind, found, best, made)
+    if hidden >= RELATIVE:
+        del apart["angle"], apart["length"]
+    return figures | apart
 
 
 def beside_nominal(kind: str, made: Part) -> Figures:
@@ -64,21 +72,23 @@ def beside_nominal(kind: str, made: Part) -> Figures:
     center, size = oracles.frame(made.points)
     nominal = oracles.long(parameters(made.nominal))
     one, other = (oracles.framed(kind, each, center, size) for each in (found, nominal))
-    return _missed(kind, one, other, made)
+    return _apart(kind, one, other, made)[0]
 
 
-def _missed(kind: str, found: oracles.Surface, reference: oracles.Surface, made: Part) -> Figures:
-    """`angle` [rad] and `length` [mm], where the coordinates tell both to 1e-8 of radian and size.
+def _apart(
+    kind: str, found: oracles.Surface, reference: oracles.Surface, made: Part
+) -> tuple[Figures, float]:
+    """`angle` [rad] and `length` [mm] between two surfaces, and what rounding hides, in radians and sizes.
 
-    `missed` is the larger over what may be missed: the same 1e-8, and what the rounding of the coordinates
-    hides. Lengths of large spheres and far apexes in proportion to how far they are.
+    `missed` is the larger of the two over what may be missed: 1e-8, and what the rounding of the coordinates
+    hides. There, lengths of large spheres and far apexes are in proportion to how far they are.
     """
     center, size = oracles.frame(made.points)
     points = (made.points - center) / size
     angle, length = oracles.misses(kind, found, reference, np.zeros(3))
     slopes = oracles.derivatives(kind, reference, points.astype(np.longdouble)).astype(np.float64)
     weakest = np.linalg.svd(slopes, compute_uv=False)[-1] / np.sqrt(len(points))
-    rounding = 4.0 * float(np.spacing(np.abs(made.points).max())) / size / weakest
+    hidden = float(ULP * np.spacing(np.abs(made.points).max()) / size / weakest)
     reach = max(1.0, float(np.linalg.norm(found[oracles.ANCHOR[kind]].astype(np.float64))))
-    figures = {"missed": max(angle, length / reach) / (RELATIVE + rounding)}
-    return figures | {"angle": angle, "length": length * size} if rounding < RELATIVE else figures
+    missed = max(angle, length / reach) / (RELATIVE + hidden)
+    return {"angle": angle, "length": length * size, "missed": missed}, hidden

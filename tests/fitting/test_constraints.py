@@ -1,6 +1,5 @@
 """Constraints are honoured to the last digits and the rest is optimal; weights count as they should."""
 
-import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -8,6 +7,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from benchmark.proofs import oracles
+from benchmark.proofs.constraint_oracle import chart, optimum, shifted, violations
 from fitting.config import EXTREME, Config
 from fitting.constraints import Constraints, Range
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
@@ -95,83 +96,14 @@ def fit(kind: str, constraints: dict[str, Any], criterion: str = "least_squares"
 
 def check_honoured(found: Primitive, constraints: dict[str, Any]) -> None:
     """Numbers, centres and apexes to the last bit; directions and points on axes and planes to 1e-12."""
-    for name, asked in constraints.items():
-        value = getattr(found, name)
-        if name in ("axis", "normal"):
-            wanted = np.array(asked["direction"]) / np.linalg.norm(asked["direction"])
-            angle = np.arctan2(np.linalg.norm(np.cross(value, wanted)), abs(value @ wanted))
-            assert angle <= asked["max_angle"] + 1e-12
-        elif name == "point":
-            leaves = np.array(asked) - value
-            along = leaves @ (found.normal if isinstance(found, Plane) else found.axis)  # type: ignore[attr-defined]
-            off = abs(along) if isinstance(found, Plane) else np.linalg.norm(leaves - along * found.axis)  # type: ignore[attr-defined]
-            assert off <= 1e-12 * np.linalg.norm(asked)
-        elif name in ("center", "apex"):
-            assert value.tolist() == asked
-        else:
-            assert asked.get("min", asked.get("value", 0.0)) <= value
-            assert value <= asked.get("max", asked.get("value", np.inf))
+    for name, by in violations(oracles.long(parameters(found)), constraints).items():
+        assert by <= (1e-12 if name in ("axis", "normal", "point") else 0.0), name
 
 
-def optimum(kind: str, constraints: dict[str, Any], loss: Any = "linear", scale: float = 1.0) -> float:
-    """The least cost by scipy in other coordinates: an axis by two angles about the reference or by three
-    numbers, positions by three, and each bound either at its value or, if the constraints hold, away."""
-    points, truth = CLOUDS[kind] - FAR, EXAMPLES[kind]
-    best = np.inf
-    free = [name for name, asked in constraints.items() if isinstance(asked, dict) and "value" not in asked]
-    free = [name for name in free if asked_angle(constraints[name]) != 0.0]
-    for active in itertools.product((False, True), repeat=len(free)):
-        fixed = set(constraints) - {name for name, on in zip(free, active, strict=True) if not on}
-        build, start = chart(kind, {name: constraints[name] for name in fixed}, truth)
-        solved = least_squares(
-            lambda x, build=build: build(x).signed_distance(points),
-            start, loss=loss, f_scale=scale, x_scale="jac", method="trf", ftol=1e-15, xtol=1e-15, gtol=1e-15,
-            max_nfev=300,
-        )  # fmt: skip
-        found = moved(build(solved.x), FAR)
-        try:
-            check_honoured(found, constraints)
-        except AssertionError:
-            continue
-        best = min(best, float(solved.cost))
-    return best
-
-
-def asked_angle(asked: dict[str, Any]) -> Any:
-    return asked.get("max_angle", 1.0)
-
-
-def chart(kind: str, fixed: dict[str, Any], truth: Primitive) -> tuple[Callable[[Array], Primitive], Array]:
-    """A map from free numbers to a primitive near the origin whose fixed parts are at their limits, and a
-    start for it."""
-    start: list[float] = []
-    makers: dict[str, Callable[[Array], Any]] = {}
-    for name, value in parameters(truth).items():
-        if name == "kind":
-            continue
-        asked, at = fixed.get(name), len(start)
-        if asked is None:
-            size = 1 if isinstance(value, float) else 3
-            start += np.atleast_1d(np.array(value, dtype=float)).tolist()
-            makers[name] = (lambda x, at=at: x[at]) if size == 1 else (lambda x, at=at: x[at : at + 3])
-        elif isinstance(asked, list):
-            makers[name] = lambda x, asked=asked: np.array(asked) - FAR
-        elif "direction" in asked:
-            reference = np.array(asked["direction"])
-            reference = reference * np.sign(reference @ np.array(value)) / np.linalg.norm(reference)
-            u = np.cross(reference, [0.3, -0.7, 0.2])
-            u /= np.linalg.norm(u)
-            v = np.cross(reference, u)
-            across = np.array(value) - (np.array(value) @ reference) * reference
-            if asked["max_angle"]:
-                start.append(float(np.arctan2(across @ v, across @ u)))
-            makers[name] = lambda x, at=at, a=asked["max_angle"], r=reference, u=u, v=v: (
-                np.cos(a) * r + np.sin(a) * (np.cos(x[at]) * u + np.sin(x[at]) * v) if a else r
-            )
-        else:
-            (limit,) = asked.values()
-            makers[name] = lambda x, limit=limit: limit
-    return lambda x: BUILD[kind](**{name: make(x) for name, make in makers.items()}), np.array(start)
+def least(kind: str, constraints: dict[str, Any], loss: Any = "linear", scale: float = 1.0) -> float:
+    """The least cost by scipy, as seen from `FAR`."""
+    truth, points = oracles.long(parameters(EXAMPLES[kind])), CLOUDS[kind] - FAR
+    return optimum(kind, shifted(constraints, -FAR), truth, points, loss, scale)
 
 
 @pytest.mark.parametrize(("kind", "parts"), CASES, ids=IDS)
@@ -181,7 +113,7 @@ def test_a_constraint_is_honoured_and_the_rest_is_optimal(kind: str, parts: dict
     assert answer.primitive is not None
     check_honoured(answer.primitive, constraints)
     cost = 0.5 * float(np.sum(moved(answer.primitive, -FAR).signed_distance(CLOUDS[kind] - FAR) ** 2))
-    assert cost == pytest.approx(optimum(kind, constraints), rel=1e-8)
+    assert cost == pytest.approx(least(kind, constraints), rel=1e-8)
     assert set(answer.active_constraints) == set(constraints)
     assert not any("not active" in how for how in answer.active_constraints.values())
 
@@ -222,7 +154,7 @@ def test_the_optimum_under_a_kernel_is_that_of_scipy(kind: str, parts: dict[str,
         inside = np.maximum(1.0 - z, 0.0)
         return np.array([(1.0 - inside**3) / 3.0, inside**2, -2.0 * inside])
 
-    expected = optimum(kind, constraints, biweight, 6.0 * SIGMA) / SIGMA**2
+    expected = least(kind, constraints, biweight, 6.0 * SIGMA) / SIGMA**2
     assert found.converged
     assert found.cost == pytest.approx(expected, rel=1e-8)
 
@@ -450,9 +382,9 @@ WEIGHTS = np.random.default_rng(9).uniform(0.2, 5.0, 300)
 @pytest.mark.parametrize("kind", EXAMPLES)
 def test_weighted_least_squares_is_that_of_scipy(kind: str) -> None:
     points = CLOUDS[kind] - FAR
-    build, start = chart(kind, {}, EXAMPLES[kind])
+    build, start = chart({}, oracles.long(parameters(EXAMPLES[kind])))
     solved = least_squares(
-        lambda x: np.sqrt(WEIGHTS) * build(x).signed_distance(points),
+        lambda x: np.sqrt(WEIGHTS) * oracles.distances(kind, build(x), points).astype(float),
         start, x_scale="jac", ftol=1e-15, xtol=1e-15, gtol=1e-15,
     )  # fmt: skip
     for given in ({"weights": WEIGHTS}, {"standard_deviations": 7.0 / np.sqrt(WEIGHTS)}):

@@ -1,11 +1,11 @@
 """Minimum zone, minimum circumscribed and maximum inscribed surfaces, against other optimisers."""
 
-from itertools import combinations
-
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
+from benchmark.proofs import oracles
+from benchmark.proofs.zone_oracles import flatness, polished, smallest_sphere
+from benchmark.proofs.zones import all_around
 from fitting.cloud import Cloud
 from fitting.config import Config
 from fitting.errors import InvalidOptionError
@@ -17,7 +17,6 @@ from fitting.zones import minimum_zone
 from synthetic import ScannerRecipe
 from synthetic import cloud as draw
 from synthetic.recipes import Range
-from tests.fitting import oracles
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
 
 Array = np.ndarray
@@ -48,84 +47,16 @@ def largest(primitive: Primitive, points: Array) -> float:
     return float(np.abs(primitive.signed_distance(points)).max())
 
 
-def all_around(kind: str, n: int, sigma: float, seed: int) -> Array:
+def about(kind: str, n: int, sigma: float, seed: int) -> Array:
     """Noisy points all around a sphere, or a cylinder as long as wide, in general position."""
     rng = np.random.default_rng(seed)
-    if kind == "sphere":
-        points = rng.normal(size=(n, 3))
-        points /= np.linalg.norm(points, axis=1)[:, None]
-    else:
-        angle = rng.uniform(0.0, 2.0 * np.pi, n)
-        points = np.stack([np.cos(angle), np.sin(angle), rng.uniform(-1.0, 1.0, n)], axis=1)
-    points += rng.normal(0.0, sigma, (n, 3))
-    return points @ rotation(seed).T + rng.normal(size=3)
+    return all_around(kind, n, sigma, rng) @ rotation(seed).T + rng.normal(size=3)
 
 
-def polished(kind: str, start: Primitive, points: Array, task: str) -> float:
-    """The extreme value that SLSQP reaches on the problem with one more variable and all constraints."""
-    surface, far = oracles.long(parameters(start)), points.astype(np.longdouble)
-    free = oracles.DOF[kind] - (task != "zone")
-
-    def values(step: Array) -> Array:
-        moved = oracles.moved(kind, surface, np.append(step, np.zeros(oracles.DOF[kind] - free)))
-        d = oracles.distances(kind, moved, far).astype(np.float64)
-        if task == "zone":
-            return np.concatenate([d, -d])
-        rho = d + float(surface["radius"])
-        return rho if task == "circumscribed" else -rho
-
-    def slopes(step: Array) -> Array:
-        units = 1e-6 * np.eye(free)
-        return np.stack([(values(step + unit) - values(step - unit)) / 2e-6 for unit in units], axis=1)
-
-    best = np.inf
-    for seed in range(2):
-        step = np.random.default_rng(seed).normal(0.0, 0.01 * seed, free)
-        for _ in range(3):
-            found = minimize(
-                lambda x: x[-1],
-                np.append(step, values(step).max()),
-                jac=lambda x: np.append(np.zeros(free), 1.0),
-                constraints={
-                    "type": "ineq",
-                    "fun": lambda x: x[-1] - values(x[:-1]),
-                    "jac": lambda x: np.column_stack([-slopes(x[:-1]), np.ones(len(values(x[:-1])))]),
-                },
-                bounds=[(-0.3, 0.3)] * free + [(None, None)],
-                method="SLSQP",
-                options={"ftol": 1e-16, "maxiter": 200},
-            )
-            step = found.x[:-1]
-            best = min(best, float(values(step).max()))
-    return best if task != "inscribed" else -best
-
-
-def flatness(points: Array) -> float:
-    """The least width between two parallel planes around the points, by trying all that touch enough of them.
-
-    Either one plane holds three points of the hull, or each holds two.
-    """
-    edges = points[:, None] - points[None]
-    pairs = np.array(list(combinations(range(len(points)), 2)))
-    directions = edges[pairs[:, 0], pairs[:, 1]]
-    normals = np.cross(directions[:, None], directions[None]).reshape(-1, 3)
-    lengths = np.linalg.norm(normals, axis=1)
-    normals = normals[lengths > 1e-9] / lengths[lengths > 1e-9, None]
-    return float(np.ptp(normals @ points.T, axis=1).min())
-
-
-def smallest_sphere(points: Array) -> float:
-    """Radius of the smallest sphere with all points inside, by trying all with two, three or four on them."""
-    best = np.inf
-    for size in (2, 3, 4):
-        for chosen in combinations(points, size):
-            origin, edges = chosen[0], np.array(chosen[1:]) - chosen[0]
-            gram = edges @ edges.T
-            center = origin + np.linalg.solve(2.0 * gram, np.diag(gram)) @ edges
-            radius = float(np.linalg.norm(origin - center))
-            if radius < best and np.linalg.norm(points - center, axis=1).max() <= radius * (1 + 1e-12):
-                best = radius
-    return best
+def best(found: Primitive, points: Array, criterion: str) -> float:
+    """What SLSQP reaches from an answer, and from beside it."""
+    start, rng = oracles.long(parameters(found)), np.random.default_rng(1)
+    return polished(found.kind, oracles.near(found.kind, start, 2, rng, 0.01), points, criterion)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -162,32 +93,32 @@ def test_the_circumscribed_sphere_of_two_points_far_apart() -> None:
 def test_the_minimum_zone_is_that_of_another_optimiser(primitive: Primitive, n: int) -> None:
     points = noisy(primitive, n, 0.02, seed=n)
     zone = answer(points, primitive.kind, "minimum_zone")
-    assert largest(zone, points) <= polished(primitive.kind, zone, points, "zone") * (1.0 + 1e-9)
+    assert largest(zone, points) <= best(zone, points, "minimum_zone") * (1.0 + 1e-9)
 
 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("n", [12, 60])
 def test_the_circumscribed_cylinder_is_that_of_another_optimiser(n: int, seed: int) -> None:
-    points = all_around("cylinder", n, 0.02, seed)
+    points = about("cylinder", n, 0.02, seed)
     cylinder = answer(points, "cylinder", "minimum_circumscribed")
     assert isinstance(cylinder, Cylinder)
     assert cylinder.signed_distance(points).max() < 1e-14
-    assert cylinder.radius <= polished("cylinder", cylinder, points, "circumscribed") * (1.0 + 1e-9)
+    assert cylinder.radius <= best(cylinder, points, "minimum_circumscribed") * (1.0 + 1e-9)
 
 
 @pytest.mark.parametrize("n", [15, 60])
 @round_kinds
 def test_the_inscribed_surface_is_that_of_another_optimiser(kind: str, n: int) -> None:
-    points = all_around(kind, n, 0.02, seed=n)
+    points = about(kind, n, 0.02, seed=n)
     inscribed = answer(points, kind, "maximum_inscribed")
     assert isinstance(inscribed, Sphere | Cylinder)
     assert inscribed.signed_distance(points).min() > -1e-14
-    assert inscribed.radius >= polished(kind, inscribed, points, "inscribed") * (1.0 - 1e-9)
+    assert inscribed.radius >= best(inscribed, points, "maximum_inscribed") * (1.0 - 1e-9)
 
 
 @round_kinds
 def test_the_three_radii_hold_each_other(kind: str) -> None:
-    points = all_around(kind, 100, 0.01, seed=5)
+    points = about(kind, 100, 0.01, seed=5)
     inscribed, zone, circumscribed = (
         answer(points, kind, criterion)
         for criterion in ("maximum_inscribed", "minimum_zone", "minimum_circumscribed")
@@ -205,7 +136,7 @@ def test_pieces_that_determine_a_shape_weakly_have_a_minimum_zone(index: int, ki
     assert piece.kind == kind
     frame = Frame.of(piece.points)
     points, zone = frame.normalize(piece.points), frame.bring(zone)
-    assert largest(zone, points) <= polished(kind, zone, points, "zone") * (1.0 + 1e-6)
+    assert largest(zone, points) <= best(zone, points, "minimum_zone") * (1.0 + 1e-6)
 
 
 @round_kinds
@@ -287,7 +218,7 @@ def test_a_corner_of_a_cube_of_points() -> None:
 
 @pytest.mark.parametrize("kind", ["sphere", "cylinder"])
 def test_open_surfaces_hold_no_inscribed_one(kind: str) -> None:
-    points = all_around(kind, 100, 0.001, seed=1)
+    points = about(kind, 100, 0.001, seed=1)
     middle = points.mean(axis=0)
     if kind == "cylinder":
         axis = answer(points, kind, "least_squares").axis  # type: ignore[attr-defined]
@@ -304,7 +235,7 @@ def test_open_surfaces_hold_no_inscribed_one(kind: str) -> None:
 def test_kinds_without_a_radius_have_no_inscribed_surface() -> None:
     with pytest.raises(InvalidOptionError, match="is for sphere or cylinder; kinds allows only plane, cone"):
         Config(kinds=("plane", "cone"), criterion="minimum_circumscribed")
-    found = recognize(all_around("sphere", 300, 0.01, 0), Config(criterion="maximum_inscribed"))
+    found = recognize(about("sphere", 300, 0.01, 0), Config(criterion="maximum_inscribed"))
     assert found.status == "fitted" and isinstance(found.primitive, Sphere)
     reasons = {attempt.kind: attempt.reason for attempt in found.attempts if attempt.outcome == "failed"}
     assert set(reasons) == {"plane", "cone", "torus"}
