@@ -83,12 +83,14 @@ openapi: $(VENV)/.serving
 # Both go on where they were cut off; `primfit bench --help` has more.
 bench: $(VENV)/.bench
 	$(VENV)/bin/primfit bench run
+	$(VENV)/bin/primfit bench proofs
 	$(VENV)/bin/primfit bench report
 
 bench-peers: $(VENV_PEERS)/.peers
 
 bench-full: $(VENV)/.bench $(VENV_PEERS)/.peers
 	$(VENV)/bin/primfit bench run --full --peers --out build/bench-full
+	$(VENV)/bin/primfit bench proofs --full --out build/bench-full
 	$(VENV)/bin/primfit bench report --records build/bench-full --out docs
 
 image:

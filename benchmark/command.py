@@ -3,7 +3,6 @@
 import argparse
 import sys
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from typing import Any
 
@@ -15,7 +14,7 @@ from benchmark.cases import CASE_SETS, Case, CaseSet
 from benchmark.methods import METHODS, PEERS
 from benchmark.options import make_parser
 from benchmark.proofs import PROOFS
-from benchmark.proofs.records import Key, ProofRecord, ProofsFile, prove
+from benchmark.proofs.records import Key, ProofRecord, ProofsFile, prove_all
 from benchmark.records import Record, RecordsFile
 from benchmark.report import MissingMatplotlibError, NoRecordsError, write
 from benchmark.report.added import draw_added
@@ -85,9 +84,9 @@ def proofs_action(options: argparse.Namespace) -> int:
     ]
     left = file.begin(asked, options.restart)
     console = Console(highlight=False)
-    with ProcessPoolExecutor(options.processes) as pool:
-        count_up(file.append(pool.map(prove, left)), asked, left, console)
-    for line in proven([record for record in file.read() if record.key in set(asked)]):
+    count_up(file.append(prove_all(left, options.processes)), asked, left, console)
+    wanted = set(asked)
+    for line in proven([record for record in file.read() if record.key in wanted]):
         console.print(line, soft_wrap=True, markup=False)
     console.print(f"records: {file.path}")
     return 0

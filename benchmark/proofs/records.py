@@ -1,7 +1,8 @@
 """`proofs.jsonl`: one JSON line for each case, appended as they come, read back by the report."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -56,6 +57,18 @@ def prove(key: Key) -> ProofRecord:
     except Exception as error:
         note = f"{type(error).__name__}: {error}"
     return ProofRecord(set_, seed, case, trial.groups, trial.drawn, figures, note, source())
+
+
+def prove_all(keys: Sequence[Key], processes: int) -> Iterator[ProofRecord]:
+    """In the order of the keys."""
+    if processes == 1:
+        yield from map(prove, keys)
+        return
+    with ProcessPoolExecutor(processes) as pool:
+        try:
+            yield from pool.map(prove, keys)
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 @cache

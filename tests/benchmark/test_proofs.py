@@ -12,7 +12,8 @@ from benchmark.proofs.constraint_oracle import optimum, violations
 from benchmark.proofs.records import ProofRecord, ProofsFile, prove
 from benchmark.records import RecordsFile
 from benchmark.report import write
-from benchmark.report.proofs import PROOF_BARS, proven
+from benchmark.report.proof_bars import PROOF_BARS
+from benchmark.report.proofs import proven
 from fitting.primitives import parameters
 from tests.benchmark.made import record
 from tests.fitting.clouds import EXAMPLES, sample
