@@ -130,16 +130,22 @@ CLOUDS: dict[str, Callable[[int, int], Array]] = {
 
 
 def draw(seed: int, index: int) -> Trial:
-    """Families take turns; clouds whose coordinates are written in decimal steps are drawn again."""
+    """Families take turns; clouds whose coordinates are written in decimal steps or as float32 are drawn
+    again: they do not stay so."""
     family, number = tuple(CLOUDS)[index % len(CLOUDS)], index // len(CLOUDS)
     for other in count(number, REDRAWN):
         points = CLOUDS[family](seed, other)
-        if rounding_of(points).step is None:
+        if not _is_coarse(points):
             break
     about = f"{family} {other}, {len(points)} points"
     return Trial(
         {"family": family}, about, partial(compare, points, np.random.default_rng([seed, index, 14]))
     )
+
+
+def _is_coarse(points: Array) -> bool:
+    as_float32 = np.array_equal(points.astype(np.float32), points)
+    return as_float32 or rounding_of(points).step is not None
 
 
 # -- answers ------------------------------------------------------------------------------------------------
