@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmark import sources
 from benchmark.methods import METHODS, Answer, Method, load
-from benchmark.sources import ROOT, digest, own_files
 from fitting.geometry import Array
 from fitting.primitives import KINDS, PRIMITIVES, parameters
 from synthetic import BenchmarkRecipe, cloud
@@ -125,9 +125,9 @@ def versions(method: Method) -> dict[str, str]:
     packages = dict.fromkeys([method.package, "numpy", "scipy"])
     found = {name: installed(name) for name in packages} | {"python": platform.python_version()}
     module = METHODS[method.name].partition(":")[0].replace(".", "/")
-    files = [ROOT / f"{module}.py"]
-    files += own_files() if method.package == "primfit" else []
-    return found | {"source": digest(files)}
+    files = [sources.ROOT / f"{module}.py"]
+    files += sources.own_files() if method.package == "primfit" else []
+    return found | {"source": sources.digest(files)}
 
 
 def installed(package: str) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmark import child as child_process
-from benchmark import runner
+from benchmark import runner, sources
 from benchmark.cases import Case
 from benchmark.methods.primfit import Primfit
 from benchmark.records import RecordsFile
@@ -143,7 +143,7 @@ class _Dead:
 
 @pytest.mark.parametrize("name", ["fitting/judge.py", "fitting/_descent.pyx", "fitting/_surfaces.h"])
 def test_versions_tell_one_state_of_the_code_from_another(name, tmp_path, monkeypatch):
-    monkeypatch.setattr(child_process, "ROOT", tmp_path)
+    monkeypatch.setattr(sources, "ROOT", tmp_path)
     files = [tmp_path / "benchmark/methods/primfit.py", tmp_path / name]
     for file in files:
         file.parent.mkdir(parents=True, exist_ok=True)
