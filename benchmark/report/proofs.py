@@ -50,7 +50,7 @@ def _spread(values: Sequence[float]) -> str:
 
 
 def _number(value: float) -> str:
-    return "0" if value == 0.0 else f"{value:.2g}"
+    return "0" if value == 0.0 else f"{value:.3g}"
 
 
 def _command(set_: str, records: Sequence[ProofRecord]) -> str:
