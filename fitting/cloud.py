@@ -10,7 +10,7 @@ from fitting.geometry import Array, principal
 from fitting.noise import rounding_of
 from fitting.normalize import Frame
 from fitting.normals import local_planes
-from fitting.order import canonical_order, canonical_sample, is_first
+from fitting.order import canonical_order, canonical_sample, distance_keys, is_first, shuffled
 from fitting.weights import factors_of
 
 WORKING_POINTS = 20_000
@@ -96,9 +96,10 @@ class Cloud:
             normals = None if normals is None else normals[counted]
         if factors is not None and np.all(factors == factors[0]):
             factors = None
+        keys = distance_keys(checked)
         if len(checked) <= WORKING_POINTS:
-            order = canonical_order(checked)
-            checked = checked[order]
+            order = canonical_order(checked, keys)
+            checked, keys = checked[order], keys[order]
             normals = None if normals is None else normals[order]
             factors = None if factors is None else factors[order]
         frame = Frame.of(checked)
@@ -106,7 +107,7 @@ class Cloud:
         rounding = rounding_of(checked)
         tolerance = rounding.size / frame.scale
         choosing, sampling = rng.spawn(2)
-        chosen = _working(checked, factors is not None, choosing)
+        chosen = _working(checked, keys, factors is not None, choosing)
         working = normalized[chosen]
         spread, axes = principal(working)
         if spread[1] <= max(FLAT * spread[0], 2.0 * tolerance):
@@ -114,7 +115,7 @@ class Cloud:
                 f"the {len(checked)} points are collinear (width over length {spread[1] / spread[0]:.1e}): "
                 "no primitive is determined"
             )
-        sample = sampling.permutation(len(working))[:SAMPLE_POINTS]
+        sample = shuffled(keys[chosen], sampling)[:SAMPLE_POINTS]
         seen = sample[:NORMAL_POINTS]
         normals_there, scatter = local_planes(working, at=working[seen])
         flattest = np.sort(np.argsort(scatter, kind="stable")[: (len(scatter) + 1) // 2])
@@ -151,10 +152,10 @@ class Cloud:
         return len(self.working) < FEW * dof
 
 
-def _working(points: Array, weighted: bool, rng: np.random.Generator) -> np.ndarray:
+def _working(points: Array, keys: np.ndarray, weighted: bool, rng: np.random.Generator) -> np.ndarray:
     """Indices (M,) of the working points among (N, 3), which are in canonical order unless they are many."""
     if len(points) > WORKING_POINTS:
-        return canonical_sample(points, WORKING_POINTS, rng, repeated=weighted)
+        return canonical_sample(points, keys, WORKING_POINTS, rng, repeated=weighted)
     return np.arange(len(points)) if weighted else np.flatnonzero(is_first(points))
 
 

@@ -57,6 +57,9 @@ this, or the product of its excess and its trend must be smaller than that.
 
 Correlated noise shows the one or the other, a wrong shape mostly both."""
 
+HUGE_EXCESS = 10.0
+"""From this excess on the trend is not asked."""
+
 LARGE_EXCESS = 6.5
 LITTLE_STRUCTURE = 0.08
 LITTLE_CORRELATION = 0.15
@@ -81,7 +84,7 @@ CLEAR_TREND = 4.0
 """... and if the trend is within this many standard deviations of what noise alone shows.
 
 A trend beyond it even for noise that is correlated as the residuals are makes a kind doubtful, whatever the
-ranking says; and so does larger noise ..."""
+ranking says, and suspect beside some structure; and so does larger noise ..."""
 
 DOUBTFUL_TREND = 15.0
 """... if the product of its excess over that of neighbours and the trend is beyond this."""
@@ -333,14 +336,20 @@ def _by_noise(evidence: Evidence, cloud: Cloud) -> Verdict:
     allowed = LITTLE_STRUCTURE if smooth else EXCESS_STRUCTURE
     structured = excess > LARGEST_EXCESS and evidence.structure > allowed
     coarse = smooth and evidence.noise_scale > COARSE * cloud.extent
-    if structured and (coarse or excess * evidence.trend > EXCESS_TREND):
+    trending = evidence.trend > CLEAR_TREND * points_alike(evidence.correlation)
+    if trending and evidence.structure > EXCESS_STRUCTURE:
+        return Verdict(
+            Standing.SUSPECT,
+            f"the shape is systematically off: {spread}, and they follow a quadratic in space",
+        )
+    if structured and (coarse or excess > HUGE_EXCESS or excess * evidence.trend > EXCESS_TREND):
         return Verdict(
             Standing.SUSPECT,
             f"the shape is systematically off: {spread}, and {excess:.1f} times that of neighbours "
             f"(at most {LARGEST_EXCESS})",
         )
     uncorrelated = excess > CLEAR_NOISE and excess * evidence.trend > DOUBTFUL_TREND
-    if uncorrelated or evidence.trend > CLEAR_TREND * points_alike(evidence.correlation):
+    if uncorrelated or trending:
         return Verdict(Standing.DOUBTFUL, spread)
     clear = (
         evidence.trend <= CLEAR_TREND

@@ -4,20 +4,20 @@ import numpy as np
 
 from fitting.geometry import TINY, Array
 
-RESOLVED = 1e-9
-"""Squared distances from the centroid that differ by less, over the largest, count as equal."""
+RESOLVED = 1e-6
+"""Squared distances that differ by less, over the largest, count as equal: rounding, also far from the origin,
+hardly ever tells them apart."""
 
 
-def canonical_order(points: Array) -> np.ndarray:
-    """Indices (N,) that sort the points (N, 3) by their distance from the centroid, then by x, y and z."""
-    key = _distance_keys(points)
-    order = np.argsort(key)
-    equal = key[order][1:] == key[order][:-1]
+def canonical_order(points: Array, keys: np.ndarray) -> np.ndarray:
+    """Indices (N,) that sort the points (N, 3) by their keys (N,), then by x, y and z."""
+    order = np.argsort(keys)
+    equal = keys[order][1:] == keys[order][:-1]
     if equal.any():
         tied = np.concatenate([equal, [False]]) | np.concatenate([[False], equal])
         among = order[tied]
         x, y, z = points[among].T
-        order[tied] = among[np.lexsort((z, y, x, key[among]))]
+        order[tied] = among[np.lexsort((z, y, x, keys[among]))]
     return order
 
 
@@ -28,14 +28,22 @@ def is_first(ordered: Array) -> np.ndarray:
     return first
 
 
-def _distance_keys(points: Array) -> np.ndarray:
-    """Squared distances (N,) from the centroid as whole numbers of what is resolved."""
+def distance_keys(points: Array) -> np.ndarray:
+    """Squared distances of the points (N, 3) from two centres that move with the cloud, in one number (N,) each.
+
+    The centres are the centroid and, beside it, the mean of the offsets from it weighted by their squares.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     extent = max(float(np.max(high / 2.0 - low / 2.0)), TINY)
     offsets = points / extent - low / extent
     offsets -= offsets.mean(axis=0)
     squared = np.einsum("ij,ij->i", offsets, offsets)
-    return np.round(squared / (RESOLVED * max(float(squared.max()), TINY))).astype(np.uint64)
+    unit = RESOLVED * max(float(squared.max()), TINY)
+    offsets -= squared @ offsets / max(float(squared.sum()), TINY)
+    first, second = (
+        np.round(each / unit).astype(np.uint64) for each in (squared, np.einsum("ij,ij->i", offsets, offsets))
+    )
+    return (first << np.uint64(32)) + second
 
 
 def _hashed(keys: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -51,30 +59,40 @@ def _hashed(keys: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def canonical_sample(
-    points: Array, count: int, rng: np.random.Generator, repeated: bool = False
+    points: Array, keys: np.ndarray, count: int, rng: np.random.Generator, repeated: bool = False
 ) -> np.ndarray:
     """Indices (count,) of a random sample of the points (N, 3), N > count, in canonical order.
 
-    The points with the smallest hashes of their distances. Where points of the sample repeat others, it is
+    The points with the smallest hashes of their keys (N,). Where points of the sample repeat others, it is
     one of the different points, and all of them if there are no more; unless points may be `repeated`.
     """
-    hashed = _hashed(_distance_keys(points), rng)
-    chosen = _of_smallest(hashed, points, count, rng)
+    hashed = _hashed(keys, rng)
+    chosen = _of_smallest(hashed, points, keys, count, rng)
     if repeated or is_first(points[chosen]).all():
         return chosen
-    order = canonical_order(points)
+    order = canonical_order(points, keys)
     different = order[is_first(points[order])]
     if len(different) <= count:
         return different
-    return different[_of_smallest(hashed[different], points[different], count, rng)]
+    return different[_of_smallest(hashed[different], points[different], keys[different], count, rng)]
 
 
-def _of_smallest(hashed: np.ndarray, points: Array, count: int, rng: np.random.Generator) -> np.ndarray:
+def shuffled(keys: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Indices (N,) of points in canonical order, as at random, by hashes of their keys (N,) and, where those are
+    the same, of their places among them. A point more, or a key that rounds the other way, moves no others."""
+    starts = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
+    places = np.arange(len(keys)) - np.repeat(starts, np.diff(starts, append=len(keys)))
+    return np.argsort(_hashed(keys + (places.astype(np.uint64) << np.uint64(52)), rng), kind="stable")
+
+
+def _of_smallest(
+    hashed: np.ndarray, points: Array, keys: np.ndarray, count: int, rng: np.random.Generator
+) -> np.ndarray:
     """Indices (count,) of the points (N, 3) with the smallest hashes (N,), in canonical order.
 
     Where many distances are the same, which a hash cannot tell apart, any in canonical order.
     """
     chosen = np.argpartition(hashed, count)[:count]
     if np.count_nonzero(hashed <= hashed[chosen].max()) > count:
-        chosen = canonical_order(points)[rng.choice(len(points), count, replace=False)]
-    return chosen[canonical_order(points[chosen])]
+        chosen = canonical_order(points, keys)[rng.choice(len(points), count, replace=False)]
+    return chosen[canonical_order(points[chosen], keys[chosen])]

@@ -64,7 +64,7 @@ UNEXPLAINED = 2.0
 MOST_ROUNDS = 30
 """Rounds of choosing points or a scale and refining on them ..."""
 
-AT_REST = 1e-9
+AT_REST = 1e-12
 """... which end when the scale changes by less than this, relatively: then the path to it has no say."""
 
 LOST = 0.04
