@@ -5,6 +5,7 @@ from fitting.geometry import Array
 
 def costs(kernel: int, squared: Array) -> tuple[Array, Array]: ...
 def derivatives(kind: int, row: Array, points: Array) -> tuple[Array, Array]: ...
+def core_scale(absolute: Array, core: float, deviation: float, rest: float) -> float: ...
 def stepped(kind: int, row: Array, step: Array) -> Array: ...
 def refine(
     kind: int,
@@ -43,7 +44,7 @@ def anneal(
     locked: float,
     at_noise: float,
     need: int,
-    trim: float,
+    core: float,
     deviation: float,
     limits: Array | None = None,
 ) -> tuple[Array, Array | None]: ...

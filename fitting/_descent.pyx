@@ -98,6 +98,9 @@ cdef double UNSEEN = 1e-13
 cdef int LAST_STEPS = 3
 """Relative gains below this drown in the rounding of the cost: such steps are trusted, and so many of them in a row
 are the last ones. They bring the digits that the cost does not show."""
+cdef int CORE_ROUNDS = 30
+cdef double NEARLY_AT_REST = 1e-3
+"""Rounds of estimating a scale at most, and the relative change that ends them in annealing."""
 cdef double LARGEST_DAMPING = 1e8
 cdef double NEAR = 1e-6
 """An axis this close, relatively, to the cone that bounds it counts as being on it."""
@@ -560,25 +563,49 @@ cdef double median(double *values, Py_ssize_t n) noexcept nogil:
     return 0.5 * (lower + upper)
 
 
-cdef double trimmed(const double *absolute, Py_ssize_t n, double *scratch, double trim, double deviation) noexcept nogil:
-    """As `fitting.noise.trimmed_scale`."""
-    cdef double scale, total, new_scale
-    cdef Py_ssize_t i, count
+cdef double weighed(const double *absolute, Py_ssize_t n, double scale, double core, double deviation) noexcept nogil:
+    """Standard deviation (n,) under the weights (1 - (x / core / scale)^2)^2 over that of a normal variable, or 0."""
+    cdef double weight, square, unit = 1.0 / (core * scale * core * scale), total = 0.0, weights = 0.0
+    cdef Py_ssize_t i
+    for i in range(n):
+        square = absolute[i] * absolute[i]
+        weight = max(1.0 - unit * square, 0.0)
+        weights += weight * weight
+        total += weight * weight * square
+    return sqrt(total / weights) / deviation if weights > 0.0 else 0.0
+
+
+cdef double core_of(
+    const double *absolute, Py_ssize_t n, double *scratch, double core, double deviation, double rest
+) noexcept nogil:
+    """As `fitting.noise.core_scale`; steps are extrapolated by Aitken's method until they are below `rest`."""
+    cdef double scale, first, second, bend, far
     cdef int turn
     memcpy(scratch, absolute, n * sizeof(double))
     scale = 1.4826 * median(scratch, n)
-    for turn in range(20):
-        total, count = 0.0, 0
-        for i in range(n):
-            if absolute[i] <= trim * scale:
-                total += absolute[i] * absolute[i]
-                count += 1
-        if count == 0 or scale == 0.0:
-            return scale
-        new_scale = sqrt(total / count) / deviation
-        if fabs(new_scale - scale) <= 1e-3 * scale:
-            return new_scale
-        scale = new_scale
+    for turn in range(CORE_ROUNDS):
+        if scale == 0.0:
+            return 0.0
+        first = weighed(absolute, n, scale, core, deviation)
+        if first == 0.0 or fabs(first - scale) <= rest * scale:
+            return first
+        second = weighed(absolute, n, first, core, deviation)
+        if second == 0.0 or fabs(second - first) <= rest * first:
+            return second
+        bend = second - 2.0 * first + scale
+        far = scale - (first - scale) * (first - scale) / bend if bend != 0.0 else second
+        scale = far if far > 0.0 and fabs(far - second) <= fabs(second - scale) else second
+    return scale
+
+
+def core_scale(const double[::1] absolute, double core, double deviation, double rest):
+    """The scale of absolute values (N,); see `fitting.noise.core_scale`."""
+    cdef Py_ssize_t n = absolute.shape[0]
+    cdef double scale
+    cdef double *room = room_for(n)
+    with nogil:
+        scale = core_of(&absolute[0], n, room, core, deviation, rest) if n else 0.0
+    free(room)
     return scale
 
 
@@ -777,11 +804,11 @@ def compete(
 
 def anneal(
     int kind, const double[::1] row, const double[:, ::1] points, double tolerance, double shrink, double locked,
-    double at_noise, Py_ssize_t need, double trim, double deviation, const double[::1] limits=None
+    double at_noise, Py_ssize_t need, double core, double deviation, const double[::1] limits=None
 ):
     """Steps under a Geman-McClure kernel whose scale shrinks; see `fitting.search.anneal`.
 
-    `shrink`, `locked` and `at_noise` are constants of `fitting.search`, `trim` and `deviation` of
+    `shrink`, `locked` and `at_noise` are constants of `fitting.search`, `core` and `deviation` of
     `fitting.noise`. It ends at the tolerance, or where fewer than `need` points are within the scale. Returned
     are the last row (9,), and the row at the scale of the noise, or None where that was not reached.
     """
@@ -808,7 +835,7 @@ def anneal(
                 descend(&surface, seen, GEMAN_MCCLURE, scale, 2, distance, jacobian, &cost, within)
                 if not absolutes(distance, n, absolute):
                     break
-                if not reached and scale < at_noise * trimmed(absolute, n, scratch, trim, deviation):
+                if not reached and scale < at_noise * core_of(absolute, n, scratch, core, deviation, NEARLY_AT_REST):
                     noisy, reached = surface, True
                 count = 0
                 for i in range(n):

@@ -5,6 +5,7 @@ from typing import Self
 
 import numpy as np
 
+from fitting import _descent
 from fitting.geometry import TINY, Array
 
 DECIMALS = range(0, 16)
@@ -44,12 +45,13 @@ HEAVY = 2.0
 PEAK = 2.0
 """Standard deviations by which a peak must stand out."""
 
-TRIM = 2.5
-TRIMMED_DEVIATION = 0.9545975
-"""Standard deviation of a unit normal variable cut at +-TRIM."""
+CORE = 4.0
+CORE_DEVIATION = 0.8779991787
+"""Distances beyond so many scales have no weight in the scale, and the standard deviation of a unit normal
+variable under the weights (1 - (x / CORE)^2)^2."""
 
-TRIM_ROUNDS = 50
-"""Rounds of trimming at most."""
+SCALE_AT_REST = 1e-14
+"""Relative change of a scale that ends its rounds."""
 
 
 @dataclass(frozen=True)
@@ -104,22 +106,14 @@ def _step_of(sample: Array, rounding: float) -> float | None:
     return None
 
 
-def trimmed_scale(distance: Array) -> float:
-    """Standard deviation of the core of absolute distances, shape (N,); outliers do not reach it.
+def core_scale(distance: Array) -> float:
+    """Standard deviation of the core of absolute distances, shape (N,); outliers hardly reach it.
 
-    Starts at the normalised median absolute distance and trims at `TRIM` standard deviations until that
-    changes nothing, corrected to be consistent for a normal distribution.
+    From the normalised median absolute distance on, distances x are weighted by (1 - (x / CORE / scale)^2)^2
+    until the scale rests, corrected to be consistent for a normal distribution. It changes smoothly with the
+    distances, so what is fitted at this scale does not depend on the way there.
     """
-    scale = 1.4826 * float(np.median(distance))
-    for _ in range(TRIM_ROUNDS):
-        core = distance[distance <= TRIM * scale]
-        if len(core) == 0 or scale == 0.0:
-            return scale
-        new_scale = float(np.sqrt(np.mean(core**2))) / TRIMMED_DEVIATION
-        if new_scale == scale:
-            break
-        scale = new_scale
-    return scale
+    return _descent.core_scale(np.ascontiguousarray(distance), CORE, CORE_DEVIATION, SCALE_AT_REST)
 
 
 def exact_points(distance: Array, tolerance: float, dof: int) -> np.ndarray:
@@ -148,7 +142,7 @@ def is_peaked(distance: Array, dof: int) -> bool:
     parameters: compared are the points within twice that and those within three times as much.
     """
     absolute = np.abs(distance)
-    near = 2.0 * trimmed_scale(absolute) * float(np.sqrt(dof / len(absolute)))
+    near = 2.0 * core_scale(absolute) * float(np.sqrt(dof / len(absolute)))
     inside = int(np.count_nonzero(absolute <= near))
     around = int(np.count_nonzero(absolute <= 3.0 * near)) - inside
     return inside - around / 2.0 > PEAK * np.sqrt(inside + around / 4.0 + 1.0)

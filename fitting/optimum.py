@@ -14,7 +14,7 @@ from fitting.geometry import Array
 from fitting.judge import ROUNDING_NOISE, Evidence
 from fitting.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
 from fitting.limits import Limits, moved
-from fitting.noise import is_normal, trimmed_scale
+from fitting.noise import core_scale, is_normal
 from fitting.primitives import Primitive
 from fitting.profile import Cost
 from fitting.refine import linearize
@@ -138,7 +138,7 @@ def _kernel(criterion: str, residual: Array, cloud: Cloud) -> tuple[Kernel, floa
     """The kernel and scale of a criterion at the end; see `fitting.search` and `fitting.criteria`."""
     absolute = np.abs(residual)
     if criterion == "robust":
-        scale = max(trimmed_scale(absolute), cloud.tolerance)
+        scale = max(core_scale(absolute), cloud.tolerance)
         return (Kernel.LEAST_SQUARES if is_normal(residual, CUTOFF * scale) else Kernel.TUKEY), scale
     scale = max(1.4826 * float(np.median(absolute)), cloud.tolerance)
     if criterion == "huber":

@@ -5,8 +5,8 @@ import numpy as np
 from fitting.geometry import TINY, Array
 
 RESOLVED = 1e-6
-"""Squared distances that differ by less, over the largest, count as equal: rounding, also far from the origin,
-hardly ever tells them apart."""
+"""Squared distances that differ by less, over the largest, count as equal: rounding hardly ever tells them
+apart, also far from the origin."""
 
 
 def canonical_order(points: Array, keys: np.ndarray) -> np.ndarray:
@@ -29,7 +29,7 @@ def is_first(ordered: Array) -> np.ndarray:
 
 
 def distance_keys(points: Array) -> np.ndarray:
-    """Squared distances of the points (N, 3) from two centres that move with the cloud, in one number (N,) each.
+    """Squared distances of the points (N, 3) from two centres that move with the cloud, in one number (N,).
 
     The centres are the centroid and, beside it, the mean of the offsets from it weighted by their squares.
     """
@@ -78,8 +78,11 @@ def canonical_sample(
 
 
 def shuffled(keys: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Indices (N,) of points in canonical order, as at random, by hashes of their keys (N,) and, where those are
-    the same, of their places among them. A point more, or a key that rounds the other way, moves no others."""
+    """Indices (N,) of points in canonical order, as at random.
+
+    By hashes of their keys (N,) and, where those are the same, of their places among them. A point more, or a
+    key that rounds the other way, moves no others.
+    """
     starts = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
     places = np.arange(len(keys)) - np.repeat(starts, np.diff(starts, append=len(keys)))
     return np.argsort(_hashed(keys + (places.astype(np.uint64) << np.uint64(52)), rng), kind="stable")

@@ -15,13 +15,13 @@ from fitting.geometry import TINY, Array
 from fitting.kernels import CUTOFF, Kernel
 from fitting.limits import Limits, moved
 from fitting.noise import (
-    TRIM,
-    TRIMMED_DEVIATION,
+    CORE,
+    CORE_DEVIATION,
     NoiseModel,
+    core_scale,
     exact_points,
     is_normal,
     is_peaked,
-    trimmed_scale,
 )
 from fitting.primitives import KINDS, PRIMITIVES, Cylinder, Primitive, Torus
 from fitting.refine import CODES, refine, settle
@@ -61,7 +61,7 @@ ENOUGH_EXACT = 0.3
 UNEXPLAINED = 2.0
 """The flattest part of the cloud is searched, too, where what is left over is this many times its noise."""
 
-MOST_ROUNDS = 30
+MOST_ROUNDS = 100
 """Rounds of choosing points or a scale and refining on them ..."""
 
 AT_REST = 1e-12
@@ -74,7 +74,7 @@ LOCKED = 20.0
 """The scale drops at once to this many times the median distance within it, where most are that close."""
 
 AT_NOISE = 1.5
-"""The scale has come down to the noise when it is this many times the trimmed scale of the distances."""
+"""The scale has come down to the noise when it is this many times the scale of their core."""
 
 
 @dataclass(frozen=True)
@@ -281,7 +281,7 @@ def anneal(
     need = max(2 * dof + 2, int(np.ceil(LOST * len(points))))
     numbers = None if limits is None else limits.numbers
     row, at_noise = _descent.anneal(
-        CODES[kind], row, points, tolerance, shrink, LOCKED, AT_NOISE, need, TRIM, TRIMMED_DEVIATION, numbers
+        CODES[kind], row, points, tolerance, shrink, LOCKED, AT_NOISE, need, CORE, CORE_DEVIATION, numbers
     )
     primitive = PRIMITIVES[kind].from_row(row)
     exact = exact_points(np.abs(primitive.signed_distance(points)), tolerance, dof)
@@ -338,7 +338,7 @@ def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> 
     scale, factors = 0.0, cloud.working_factors
     for _ in range(MOST_ROUNDS):
         residual = primitive.signed_distance(cloud.working)
-        before, scale = scale, trimmed_scale(np.abs(residual if factors is None else factors * residual))
+        before, scale = scale, core_scale(np.abs(residual if factors is None else factors * residual))
         scale = max(scale, cloud.tolerance)
         primitive = refine(
             primitive, cloud.working, Kernel.TUKEY, scale, factors=factors, limits=limits

@@ -7,7 +7,7 @@ from scipy.optimize import least_squares
 from fitting.axes import DIRECTION_GRID, axis_directions, circles, revolution_axis
 from fitting.cloud import Cloud
 from fitting.kernels import Kernel
-from fitting.noise import exact_points, is_normal, rounding_of, trimmed_scale
+from fitting.noise import core_scale, exact_points, is_normal, rounding_of
 from fitting.normalize import Frame
 from fitting.normals import estimate_normals
 from fitting.primitives import Cylinder, Primitive
@@ -133,11 +133,11 @@ def test_the_resolution_of_full_and_single_precision() -> None:
 
 
 @pytest.mark.parametrize("outliers", [0, 1500])
-def test_the_trimmed_scale_is_that_of_the_core(outliers: int) -> None:
+def test_the_scale_is_that_of_the_core(outliers: int) -> None:
     rng = np.random.default_rng(0)
     distance = np.abs(rng.normal(0.0, 0.02, 5000))
     distance[:outliers] = rng.uniform(0.0, 3.0, outliers)
-    assert trimmed_scale(distance) == pytest.approx(0.02, rel=0.05)
+    assert core_scale(distance) == pytest.approx(0.02, rel=0.05)
 
 
 def test_normal_noise_is_told_from_heavy_tails_outliers_and_uneven_noise() -> None:
