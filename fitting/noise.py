@@ -44,6 +44,9 @@ HEAVY = 2.0
 PEAK = 2.0
 """Standard deviations by which a peak must stand out."""
 
+FEWEST_PARAMETERS = 3
+"""Those of a plane: where chance is reckoned with, kinds most of whose parameters are fixed have as many."""
+
 TRIM = 2.5
 TRIMMED_DEVIATION = 0.9545975
 """Standard deviation of a unit normal variable cut at +-TRIM."""
@@ -129,7 +132,7 @@ def exact_points(distance: Array, tolerance: float, dof: int) -> np.ndarray:
     four times the points that determine the surface, `LEAST_EXACT` of the cloud, and five times what the
     density of points between one and ten tolerances lets expect. Empty, too, where the tolerance is coarse.
     """
-    mask = distance <= tolerance
+    mask, dof = distance <= tolerance, max(dof, FEWEST_PARAMETERS)
     if tolerance > COARSEST_EXACT:
         return np.zeros_like(mask)
     if mask.all():
