@@ -464,7 +464,8 @@ class FitAnswer(BaseModel):
     error: ErrorSummary | None
     noise: NoiseSummary | None
     active_constraints: dict[str, str] = Field(
-        description="how each constraint that acts on the kind of `primitive` acts on it, by its name",
+        description="how each constraint acts on `primitive`, by its name; `not applicable: ...` where its "
+        "kind has no such parameter",
         examples=[{"radius": "at its upper bound 5.0", "axis": "fixed"}],
     )
     attempts: list[Attempt] = Field(description="every kind that was tried, in order")

@@ -75,7 +75,7 @@ def _findings(
     return Findings(
         kind=optimum.primitive.kind,
         n_points=len(optimum.cloud.working),
-        dof=optimum.primitive.dof,
+        dof=optimum.dof,
         determined=answer is not None,
         few=optimum.small,
         arcs=arcs_of(optimum.primitive, linear.feet.compress(optimum.inlier, axis=0)),

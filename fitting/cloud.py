@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array, principal
-from fitting.noise import rounding_of
+from fitting.noise import FEWEST_PARAMETERS, rounding_of
 from fitting.normalize import Frame
 from fitting.normals import local_planes
 from fitting.order import canonical_order, canonical_sample, distance_keys, is_first, shuffled
@@ -149,7 +149,7 @@ class Cloud:
 
     def is_small(self, dof: int) -> bool:
         """Whether a kind that takes `dof` points has too few here to reject any of them."""
-        return len(self.working) < FEW * dof
+        return len(self.working) < FEW * max(dof, FEWEST_PARAMETERS)
 
 
 def _working(points: Array, keys: np.ndarray, weighted: bool, rng: np.random.Generator) -> np.ndarray:

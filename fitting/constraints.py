@@ -10,6 +10,7 @@ from typing import Any, Self, TypeVar
 
 import numpy as np
 
+from fitting.coordinates import worded
 from fitting.errors import InvalidOptionError
 from fitting.geometry import Array, unit, vector
 from fitting.primitives import KINDS, PRIMITIVES, Primitive
@@ -132,9 +133,13 @@ class Constraints:
         return replace(primitive, **exact) if exact else primitive  # type: ignore[type-var]
 
     def effects(self, primitive: Primitive) -> dict[str, str]:
-        """How each constraint that acts on the kind of a primitive acts on it, by name."""
+        """How each constraint acts on a primitive, by name, or that its kind has no such parameter."""
+        acting = self.on(primitive.kind)
         return {
-            name: _effect(value, getattr(primitive, name)) for name, value in self.on(primitive.kind).items()
+            name: _effect(value, getattr(primitive, name))
+            if name in acting
+            else f"not applicable: a {primitive.kind} has no {worded(name)}"
+            for name, value in self.given.items()
         }
 
 

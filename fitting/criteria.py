@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from fitting.cloud import Cloud
 from fitting.geometry import Array
 from fitting.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
-from fitting.limits import Limits
+from fitting.limits import Limits, dof_within
 from fitting.newton import newton
 from fitting.primitives import PRIMITIVES, Primitive
 from fitting.refine import Refined, refine
@@ -51,7 +51,8 @@ def least_squares(
     fitted: Primitive, starts: Array, cloud: Cloud, limits: Limits | None
 ) -> Primitive | FailedFit:
     """Least squares over all points, which the robust fit to few points is already."""
-    return fitted if cloud.is_small(fitted.dof) else cheapest_minimum(fitted, starts, cloud, limits)
+    small = cloud.is_small(dof_within(fitted.kind, limits))
+    return fitted if small else cheapest_minimum(fitted, starts, cloud, limits)
 
 
 def cheapest_minimum(
@@ -63,8 +64,8 @@ def cheapest_minimum(
     """
     some = cloud.working[cloud.sample[:COMPARED_POINTS]]
     surfaces = [fitted, *(PRIMITIVES[fitted.kind].from_row(row) for row in starts)]
-    if cloud.is_small(fitted.dof) and limits is None:
-        surfaces += _turned_starts(fitted.kind, cloud)
+    if cloud.is_small(dof_within(fitted.kind, limits)):
+        surfaces += _turned_starts(fitted.kind, cloud, limits)
     ends = _different([refine(surface, some, limits=limits) for surface in surfaces], some)
     refined = [
         refine(end, cloud.points, max_iterations=LEAST_SQUARES_STEPS, factors=cloud.factors, limits=limits)
@@ -87,7 +88,7 @@ def _last_digits(
     return newton(primitive, cloud.points, kernel, scale) if free else primitive
 
 
-def _turned_starts(kind: str, cloud: Cloud) -> list[Primitive]:
+def _turned_starts(kind: str, cloud: Cloud, limits: Limits | None) -> list[Primitive]:
     """Guesses from the points as turned in several ways, and turned back: other directions are tried.
 
     Few points leave many minima, and their normals tell little.
@@ -100,7 +101,10 @@ def _turned_starts(kind: str, cloud: Cloud) -> list[Primitive]:
         rows = PRIMITIVES[kind].initial_guesses(points @ turn.T, normals, rng)
         guesses = (PRIMITIVES[kind].from_row(row) for row in rows)
         surfaces += [guess.transformed(turn.T, np.zeros(3), 1.0) for guess in guesses]
-    return surfaces
+    if limits is None:
+        return surfaces
+    within = (limits.impose(surface.row(), points) for surface in surfaces)
+    return [PRIMITIVES[kind].from_row(row) for row in within if np.isfinite(row).all()]
 
 
 def _different(ends: list[Refined], points: Array) -> list[Primitive]:
@@ -136,7 +140,7 @@ def _m_estimate(
     Source: Huber and Ronchetti, "Robust statistics", 2nd ed. 2009, sections 7.7 and 7.8; Holland and Welsch,
     "Robust regression using iteratively reweighted least-squares", Comm. Statist. A6, 1977 (tuning).
     """
-    if cloud.is_small(fitted.dof):
+    if cloud.is_small(dof_within(fitted.kind, limits)):
         return fitted
     primitive, scale, factors = fitted, np.inf, cloud.factors
     for _ in range(MOST_ROUNDS):

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from fitting.cloud import Cloud
 from fitting.geometry import Array
+from fitting.limits import Limits, dof_within
 from fitting.noise import LEAST_OUTLIERS, NoiseModel, exact_points
 from fitting.primitives import Primitive
 from fitting.refine import linearize
@@ -135,6 +136,8 @@ class Evidence:
     Attributes
     ----------
     primitive : the surface that was judged
+    free : parameters of it that no fixed value and no active limit holds
+    small : too few points to reject any
     distance : (M,) signed distances of the working points
     exact : (M,) mask of the points on the surface within the rounding
     inlier : (M,) mask of the points not rejected as outliers
@@ -150,6 +153,8 @@ class Evidence:
     """
 
     primitive: Primitive
+    free: int
+    small: bool
     distance: Array
     exact: np.ndarray
     inlier: np.ndarray
@@ -163,17 +168,21 @@ class Evidence:
     rounding: float
 
     @classmethod
-    def weigh(cls, primitive: Primitive, cloud: Cloud) -> Self:
+    def weigh(cls, primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> Self:
+        """Of a primitive, in the frame of the cloud, that was fitted to it within limits."""
+        dof = dof_within(primitive.kind, limits)
+        free = primitive.dof - (0 if limits is None else limits.held(primitive.row()))
+        small = cloud.is_small(dof)
         distance = primitive.signed_distance(cloud.working)
         absolute = np.abs(distance)
-        exact = exact_points(absolute, cloud.tolerance, primitive.dof)
-        spare = max(len(absolute) - primitive.dof, 1)
+        exact = exact_points(absolute, cloud.tolerance, dof)
+        spare = max(len(absolute) - free, 1)
         rest = distance if exact.all() else distance[~exact]
         noise = NoiseModel.of(rest, ROUNDING_NOISE * cloud.tolerance, cloud.extent)
         inlier, reach, seen, second = np.ones_like(exact), np.inf, np.empty(0, np.intp), 0.0
         if exact.all():
             noise_scale, reach = 0.0, SMALL_DEFORMATION * cloud.extent
-        elif cloud.is_small(primitive.dof):
+        elif small:
             noise_scale = float(np.sqrt(np.sum(absolute**2) / spare))
         else:
             noise_scale = noise.scale
@@ -194,6 +203,8 @@ class Evidence:
             correlation = _correlation(feet, residual)
         return cls(
             primitive,
+            free,
+            small,
             distance,
             exact,
             inlier,
@@ -253,10 +264,10 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, only: bool)
     max_error : the caller's threshold as in `Config`, or None
     only : no other kind is allowed, so that no evidence against others is needed
     """
-    n, primitive = len(cloud.working), evidence.primitive
-    if n == primitive.dof and not only:
+    n = len(cloud.working)
+    if n == evidence.free and not only:
         return Verdict(Standing.REFUSED, f"{n} points determine it exactly and leave none to check it with")
-    share, least = evidence.inlier_share, min(SMALLEST_INLIER_SHARE + primitive.dof / n, 1.0)
+    share, least = evidence.inlier_share, min(SMALLEST_INLIER_SHARE + evidence.free / n, 1.0)
     if share < least:
         return Verdict(Standing.REFUSED, f"only {share:.0%} of the points are near it (at least {least:.0%})")
     if evidence.second_surface > LARGEST_SECOND_SURFACE:
@@ -277,7 +288,7 @@ def judge(evidence: Evidence, cloud: Cloud, max_error: float | None, only: bool)
         return Verdict(Standing.CERTAIN, "every point lies on it within the rounding of the coordinates")
     if evidence.exact.any():
         return _by_exact_points(evidence, cloud.extent)
-    if n < 2 * primitive.dof and not only:
+    if n < 2 * evidence.free and not only:
         return Verdict(Standing.REFUSED, f"{n} points that do not lie on it are too few to check it with")
     return _by_noise(evidence, cloud)
 
@@ -328,7 +339,7 @@ def _by_noise(evidence: Evidence, cloud: Cloud) -> Verdict:
     if evidence.structure > largest:
         limit = 1.0 / np.sqrt(1.0 - largest)
         return Verdict(Standing.REFUSED, f"the shape is systematically off: {spread} (at most {limit:.2f})")
-    most = LARGEST_SCATTER * max(1.0 - 4.0 * evidence.primitive.dof / len(evidence.distance), 0.25)
+    most = LARGEST_SCATTER * max(1.0 - 4.0 * evidence.free / len(evidence.distance), 0.25)
     if evidence.noise_scale > most * cloud.extent:
         return Verdict(Standing.REFUSED, f"{spread}: that is no surface (at most {most:.2e})")
     excess = evidence.noise_scale / max(cloud.local_noise, ROUNDING_NOISE * cloud.tolerance)
@@ -372,7 +383,8 @@ def better(a: Evidence, b: Evidence) -> float:
 
     Where either has exact points, the share of them decides and the simpler kind wins among equal shares.
     Otherwise BIC: the likelihoods are those of the noise models, and the points count for as many as their
-    correlation leaves. The more general kind must gain `LEAST_GAIN` a point, too.
+    correlation leaves. The more general kind must gain `LEAST_GAIN` a point, too. Parameters that are held
+    make the simpler kind cheaper, not the more general one: that may nearly be the simpler one all the same.
     Source: Schwarz, "Estimating the dimension of a model", Annals of Statistics 6, 1978.
     """
     general = b.primitive.dof - a.primitive.dof
@@ -382,7 +394,9 @@ def better(a: Evidence, b: Evidence) -> float:
         return np.inf if general > 0 else -np.inf
     n = max(len(a.distance) / points_alike(min(a.correlation, b.correlation)), 1.0)
     gain = (a.noise.log_likelihood - b.noise.log_likelihood) / len(a.distance)
-    return n * 2.0 * (gain + float(np.sign(general)) * LEAST_GAIN) + general * float(np.log(n))
+    side = float(np.sign(general))
+    parameters = max(abs(general), side * (b.free - a.free))
+    return n * 2.0 * (gain + side * LEAST_GAIN) + side * parameters * float(np.log(n))
 
 
 def points_alike(correlation: float) -> float:
@@ -417,11 +431,10 @@ def summarize(
 def summarize_noise(evidence: Evidence, cloud: Cloud) -> NoiseSummary:
     """The noise about the judged primitive, restored to input units."""
     share = evidence.noise.outlier_share * (1.0 - evidence.exact_share)
-    small = cloud.is_small(evidence.primitive.dof)
     return NoiseSummary(
         scale=cloud.frame.scale * evidence.noise_scale,
         exact_share=evidence.exact_share,
-        outlier_share=0.0 if small or share <= LEAST_OUTLIERS else share,
+        outlier_share=0.0 if evidence.small or share <= LEAST_OUTLIERS else share,
         quantisation_step=cloud.step,
     )
 

@@ -13,7 +13,7 @@ from fitting.axes import Seen, random_subsets, revolution_axis
 from fitting.constraints import Constraints, Direction, Range
 from fitting.geometry import TINY, Z_AXIS, Array, around_axis, basis, cross, foot_of_origin, rows, unit
 from fitting.normalize import Frame
-from fitting.primitives import Cone, Cylinder, Primitive, Torus
+from fitting.primitives import PRIMITIVES, Cone, Cylinder, Primitive, Torus
 
 MOST_COORDINATES = 7
 
@@ -124,6 +124,11 @@ class Limits:
             return np.eye(dof)
         _, sizes, directions = np.linalg.svd(np.array(held))
         return np.asarray(directions[np.count_nonzero(sizes > 1e-9) :].T)
+
+    def held(self, row: Array) -> int:
+        """How many of its parameters fixed values, and limits that are active, hold at a row (9,)."""
+        dof = PRIMITIVES[self.kind].dof
+        return dof - self.free_steps(row, dof).shape[1]
 
     @property
     def numbers(self) -> Array:
@@ -259,6 +264,14 @@ _IMPOSE = {
     "cone": _impose_cone,
     "torus": _impose_torus,
 }
+
+
+def dof_within(kind: str, limits: Limits | None) -> int:
+    """Points that determine a kind: as many as it has parameters that are not fixed.
+
+    Bounded ones are free until the points have chosen a bound.
+    """
+    return PRIMITIVES[kind].dof - (0 if limits is None else int(np.count_nonzero(limits.frozen)))
 
 
 def moved(primitive: Primitive, by: Array) -> Primitive:

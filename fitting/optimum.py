@@ -13,7 +13,7 @@ from fitting.covariance import Linear, StepCovariance
 from fitting.geometry import Array
 from fitting.judge import ROUNDING_NOISE, Evidence
 from fitting.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
-from fitting.limits import Limits, moved
+from fitting.limits import Limits, dof_within, moved
 from fitting.noise import core_scale, is_normal
 from fitting.primitives import Primitive
 from fitting.profile import Cost
@@ -64,7 +64,7 @@ class Optimum:
             points, inlier = points[evidence.exact], inlier[evidence.exact]
         distance, jacobian = linearize(primitive, points)
         kernel, scale = Kernel.LEAST_SQUARES, 1.0
-        if not exact and not cloud.is_small(primitive.dof):
+        if not exact and not cloud.is_small(dof_within(primitive.kind, limits)):
             kernel, scale = _kernel(criterion, distance if factors is None else factors * distance, cloud)
         cost = Cost(points, kernel, scale, factors, limits)
         n = len(cloud.points)
@@ -74,7 +74,7 @@ class Optimum:
 
     @property
     def small(self) -> bool:
-        return self.cloud.is_small(self.primitive.dof)
+        return self.cloud.is_small(dof_within(self.primitive.kind, self.limits))
 
     @property
     def copies(self) -> float:
@@ -91,7 +91,7 @@ class Optimum:
     def covariance(self, linear: Linear) -> StepCovariance | None:
         """Of a step: of the rounding, of noise that is the same everywhere where points are few, else of
         uneven noise. None where nothing is left to estimate the noise from."""
-        if len(self.cloud.working) <= self.primitive.dof:
+        if len(self.cloud.working) <= linear.rows.shape[1]:
             return None
         if self.exact:
             return linear.known(ROUNDING_NOISE * self.cloud.tolerance)

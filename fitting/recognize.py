@@ -24,6 +24,7 @@ from fitting.judge import (
     summarize,
     summarize_noise,
 )
+from fitting.limits import Limits, dof_within
 from fitting.nesting import intervals
 from fitting.primitives import KINDS, PRIMITIVES, Primitive
 from fitting.reach import check_reach
@@ -92,10 +93,7 @@ def recognize(
         points, normals, np.random.default_rng([config.seed, 0]), weights, standard_deviations
     )
     check_reach(config.constraints, config.initial_guess, cloud.frame)
-    fewest = min(PRIMITIVES[kind].dof for kind in config.kinds)
-    if len(cloud.points) < fewest:
-        kinds = " or ".join(config.kinds)
-        raise InvalidPointCloudError(f"{len(cloud.points)} points given; a {kinds} needs at least {fewest}")
+    _check_count(cloud, config)
     probabilities = _rank(cloud, classifier) if classifier else None
     ranking = sorted(config.kinds, key=KINDS.index)
     if probabilities:
@@ -115,6 +113,17 @@ def recognize(
         active_constraints=config.constraints.effects(recognition.primitive),
         uncertainty=_uncertainty(recognition, tries, cloud, config),
     )
+
+
+def _check_count(cloud: Cloud, config: Config) -> None:
+    """Raise `InvalidPointCloudError` where the points determine none of the kinds."""
+    fewest = min(dof_within(kind, Limits.of(config.constraints, kind, cloud.frame)) for kind in config.kinds)
+    if len(cloud.points) < fewest:
+        kinds = " or ".join(config.kinds)
+        within = " within these constraints" if config.constraints.given else ""
+        raise InvalidPointCloudError(
+            f"{len(cloud.points)} points given; a {kinds}{within} needs at least {fewest}"
+        )
 
 
 def _uncertainty(
@@ -185,7 +194,8 @@ def _attempt(kind: str, cloud: Cloud, config: Config, probabilities: Mapping[str
     fit = fit_kind(kind, cloud, config.criterion, rng, config.constraints, config.initial_guess)
     if isinstance(fit, FailedFit):
         return _Try(Attempt(kind, probability, "failed", fit.reason, None, None, None))
-    evidence, only = Evidence.weigh(fit.robust, cloud), len(config.kinds) == 1
+    limits = Limits.of(config.constraints, kind, cloud.frame)
+    evidence, only = Evidence.weigh(fit.robust, cloud, limits), len(config.kinds) == 1
     error = summarize(fit.primitive, evidence, cloud.points, cloud.diagonal, cloud.frame.scale)
     if config.criterion in COUNTING_ALL:
         verdict = judge_all(evidence, cloud, error.relative_mean, config.max_error, only)

@@ -92,7 +92,8 @@ class Recognition:
     `primitive` is the accepted one; with status `ambiguous` the first of several (the rest stand in
     `alternatives`), with `no_fit` the best try, and None only if every attempt failed.
     `uncertainty` says how well it is known; None with `no_fit`, and under a criterion of extreme points.
-    `active_constraints` says how each constraint acts on it, by name: `{"radius": "at its upper bound 5.0"}`.
+    `active_constraints` says how each constraint acts on it, by name: `{"radius": "at its upper bound 5.0"}`,
+    or `"not applicable: a plane has no radius"`.
     `extents` says where `primitive` begins and ends; None without one, or where its points span no surface.
     `inliers` says which points belong to it; None without one.
     """

@@ -13,7 +13,7 @@ from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.criteria import FINISHERS, cheapest_minimum
 from fitting.geometry import TINY, Array
 from fitting.kernels import CUTOFF, Kernel
-from fitting.limits import Limits, moved
+from fitting.limits import Limits, dof_within, moved
 from fitting.noise import (
     CORE,
     CORE_DEVIATION,
@@ -66,6 +66,9 @@ MOST_ROUNDS = 100
 
 AT_REST = 1e-12
 """... which end when the scale changes by less than this, relatively: then the path to it has no say."""
+
+LEAST_TURN = 1e-3
+"""A curved surface whose normals turn by less [rad] between points of one plane is that plane."""
 
 LOST = 0.04
 """Annealing towards an exact subset ends when less than this share of the points is within its scale."""
@@ -130,23 +133,32 @@ def fit_kind(
     """
     if kind not in (allowed := FITTING_KINDS.get(criterion, KINDS)):
         return FailedFit(f"{criterion} is defined for a {' or a '.join(allowed)}, not for a {kind}")
-    dof = PRIMITIVES[kind].dof
+    limits = Limits.of(constraints, kind, cloud.frame)
+    dof = dof_within(kind, limits)
     if len(cloud.working) < dof:
         return FailedFit(f"{len(cloud.working)} distinct points do not determine a {kind}, which takes {dof}")
-    if cloud.flat and kind != "plane":
-        return FailedFit(f"the points lie in one plane and do not determine a {kind}")
+    flat = cloud.flat and kind != "plane"
+    in_one_plane = FailedFit(f"the points lie in one plane and do not determine a {kind}")
+    if flat and dof == PRIMITIVES[kind].dof:
+        return in_one_plane
     extra = [cloud.frame.bring(guess).row()] if guess is not None and guess.kind == kind else []
-    limits = Limits.of(constraints, kind, cloud.frame)
     if limits is None:
         return _fit(kind, cloud, criterion, rng, extra)
     free = View.of(cloud)
     starts = ranked_starts(kind, free, rng, extra)
-    if len(starts):
+    if len(starts) and not cloud.is_small(dof):
         extra.append(_likeliest(kind, starts, free, cloud, rng).primitive.row())
     found = _fit(kind, cloud.about(limits.pivot), criterion, rng, extra, limits)
     if isinstance(found, FailedFit):
-        return found
+        return in_one_plane if flat else found
+    if flat and _turn(found.robust, cloud.working - limits.pivot) < LEAST_TURN:
+        return in_one_plane
     return Fit(moved(found.primitive, limits.pivot), moved(found.robust, limits.pivot))
+
+
+def _turn(primitive: Primitive, points: Array) -> float:
+    """How far the normals of a surface turn between the points (N, 3), about [rad]."""
+    return float(np.linalg.norm(np.ptp(primitive.gradient(points), axis=0)))
 
 
 def _fit(
@@ -173,7 +185,7 @@ def _fit_robustly(
     kind: str, starts: Array, view: View, cloud: Cloud, rng: np.random.Generator
 ) -> Primitive | FailedFit:
     """The best of what the starts are annealed to, polished; in a small cloud plain least squares."""
-    if cloud.is_small(PRIMITIVES[kind].dof):
+    if cloud.is_small(dof_within(kind, view.limits)):
         return cheapest_minimum(PRIMITIVES[kind].from_row(starts[0]), starts, cloud, view.limits)
     return polish(_likeliest(kind, starts, view, cloud, rng).primitive, cloud, view.limits)
 
@@ -277,7 +289,7 @@ def anneal(
 
     Source: graduated non-convexity, Black and Rangarajan, IJCV 19, 1996; Yang et al., IEEE RA-L 5, 2020.
     """
-    dof = PRIMITIVES[kind].dof
+    dof = dof_within(kind, limits)
     need = max(2 * dof + 2, int(np.ceil(LOST * len(points))))
     numbers = None if limits is None else limits.numbers
     row, at_noise = _descent.anneal(
@@ -309,7 +321,7 @@ def polish(primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> 
     if exact:
         return exact
     noisy = _polish_noisy(primitive, cloud, limits)
-    if not is_peaked(noisy.signed_distance(cloud.working), noisy.dof):
+    if not is_peaked(noisy.signed_distance(cloud.working), dof_within(noisy.kind, limits)):
         return noisy
     end = anneal(noisy.kind, noisy.row(), cloud.working, cloud.tolerance, SLOW_SHRINK, limits)
     return _polish_exact(end.primitive, cloud, limits) or noisy
@@ -317,9 +329,9 @@ def polish(primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> 
 
 def _polish_exact(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> Primitive | None:
     """Least squares on the exact points, until they are the same ones before and after."""
-    before = None
+    before, dof = None, dof_within(primitive.kind, limits)
     for _ in range(MOST_ROUNDS):
-        exact = exact_points(np.abs(primitive.signed_distance(cloud.working)), cloud.tolerance, primitive.dof)
+        exact = exact_points(np.abs(primitive.signed_distance(cloud.working)), cloud.tolerance, dof)
         if not exact.any():
             return None
         if before is not None and np.array_equal(exact, before):

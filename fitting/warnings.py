@@ -49,7 +49,7 @@ class Findings:
     Attributes
     ----------
     kind : of the answer
-    n_points, dof : points that were counted, and how many determine the kind
+    n_points, dof : points that were counted, and parameters that are not held
     determined : the points leave none of its numbers open
     few : fewer than are needed to reject any of them
     arcs : degrees that they cover, by how they are counted

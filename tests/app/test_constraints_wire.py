@@ -35,6 +35,7 @@ def test_service_command_line_and_python_agree(
     assert body["active_constraints"] == {
         "radius": "at its upper bound 12.4",
         "axis": "largest angle, not active",
+        "half_angle": "not applicable: a cylinder has no half-angle",
     }
     used = body["receipt"]["options"]
     assert used["constraints"] == CONSTRAINTS
