@@ -45,19 +45,13 @@ HEAVY = 2.0
 PEAK = 2.0
 """Standard deviations by which a peak must stand out."""
 
-<<<<<<< HEAD
 CORE = 4.0
 CORE_DEVIATION = 0.8779991787
 """Distances beyond so many scales have no weight in the scale, and the standard deviation of a unit normal
 variable under the weights (1 - (x / CORE)^2)^2."""
-=======
+
 FEWEST_PARAMETERS = 3
 """Those of a plane: where chance is reckoned with, kinds most of whose parameters are fixed have as many."""
-
-TRIM = 2.5
-TRIMMED_DEVIATION = 0.9545975
-"""Standard deviation of a unit normal variable cut at +-TRIM."""
->>>>>>> 4ac088c28837a5f5e42f11040d40171c6208a7dc
 
 SCALE_AT_REST = 1e-14
 """Relative change of a scale that ends its rounds."""
