@@ -36,6 +36,9 @@ MOST_ROUNDS = 100
 AT_REST = 1e-9
 """The scale is at rest when it changes by less than this, relatively."""
 
+FEW_POINTS = 60
+"""So few points leave several minima of extreme distances: more starts are tried."""
+
 Finisher = Callable[[Primitive, Array, Cloud, Limits | None], Primitive | FailedFit]
 """From the robust fit, the rows (K, 9) of all starts, the cloud and its limits to the criterion's primitive.
 
@@ -158,14 +161,33 @@ def _m_estimate(
     )
 
 
-def _started_at_least_squares(extreme: Callable[[Primitive, Cloud], Primitive | FailedFit]) -> Finisher:
+def _started_at_least_squares(
+    extreme: Callable[[Primitive, Cloud], Primitive | FailedFit], size: Callable[[Primitive, Cloud], float]
+) -> Finisher:
+    """A minimum of `size` from the least squares surface; of few points also from its other minima."""
+
     def finish(
         fitted: Primitive, starts: Array, cloud: Cloud, limits: Limits | None
     ) -> Primitive | FailedFit:
         start = least_squares(fitted, starts, cloud, limits)
-        return extreme(fitted if isinstance(start, FailedFit) else start, cloud)
+        first = extreme(fitted if isinstance(start, FailedFit) else start, cloud)
+        if len(cloud.points) > FEW_POINTS:
+            return first
+        surfaces = [PRIMITIVES[fitted.kind].from_row(row) for row in starts]
+        others = _different([refine(surface, cloud.points) for surface in surfaces], cloud.points)
+        ends = [first, *(extreme(other, cloud) for other in others)]
+        found = [end for end in ends if not isinstance(end, FailedFit)]
+        return min(found, key=lambda end: size(end, cloud)) if found else first
 
     return finish
+
+
+def _zone(primitive: Primitive, cloud: Cloud) -> float:
+    return float(np.abs(primitive.signed_distance(cloud.points)).max())
+
+
+def _radius(primitive: Primitive, cloud: Cloud) -> float:
+    return float(primitive.row()[8])
 
 
 FINISHERS: dict[str, Finisher] = {
@@ -173,8 +195,8 @@ FINISHERS: dict[str, Finisher] = {
     "least_squares": least_squares,
     "huber": huber,
     "tukey": tukey,
-    "minimum_zone": _started_at_least_squares(minimum_zone),
-    "minimum_circumscribed": _started_at_least_squares(minimum_circumscribed),
-    "maximum_inscribed": _started_at_least_squares(maximum_inscribed),
+    "minimum_zone": _started_at_least_squares(minimum_zone, _zone),
+    "minimum_circumscribed": _started_at_least_squares(minimum_circumscribed, _radius),
+    "maximum_inscribed": _started_at_least_squares(maximum_inscribed, lambda end, cloud: -_radius(end, cloud)),
 }
 """By the names of `fitting.config.Criterion`."""
