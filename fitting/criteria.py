@@ -197,6 +197,8 @@ FINISHERS: dict[str, Finisher] = {
     "tukey": tukey,
     "minimum_zone": _started_at_least_squares(minimum_zone, _zone),
     "minimum_circumscribed": _started_at_least_squares(minimum_circumscribed, _radius),
-    "maximum_inscribed": _started_at_least_squares(maximum_inscribed, lambda end, cloud: -_radius(end, cloud)),
+    "maximum_inscribed": _started_at_least_squares(
+        maximum_inscribed, lambda end, cloud: -_radius(end, cloud)
+    ),
 }
 """By the names of `fitting.config.Criterion`."""
