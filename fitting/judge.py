@@ -69,7 +69,7 @@ LITTLE_CORRELATION = 0.15
 COARSE = 0.01
 """Such noise beyond this share of the extent is a wrong shape whatever its trend."""
 
-LARGEST_SCATTER = 0.045
+LARGEST_SCATTER = 0.04
 """Noise beyond this share of the extent is a volume rather than a surface.
 
 Less, by four times its parameters, for a surface that has few points to hug. Twice as much is allowed
