@@ -27,8 +27,9 @@ TURNS = 4
 SAME_END = 1e-3
 """Ends whose distances differ by less than this, relatively, are the same."""
 
-LEAST_SQUARES_STEPS = 500
-"""Steps after which plain least squares is given up."""
+LEAST_SQUARES_STEPS, POINT_STEPS = 500, 40_000
+"""Steps after which plain least squares is given up; few points, whose valleys are narrow, may take
+as many as look at so many points in all."""
 
 MOST_ROUNDS = 100
 """Rounds of estimating a scale and refining at it after which an M-estimate is given up."""
@@ -70,15 +71,14 @@ def cheapest_minimum(
     if cloud.is_small(dof_within(fitted.kind, limits)):
         surfaces += _turned_starts(fitted.kind, cloud, limits)
     ends = _different([refine(surface, some, limits=limits) for surface in surfaces], some)
+    steps = max(LEAST_SQUARES_STEPS, POINT_STEPS // len(cloud.points))
     refined = [
-        refine(end, cloud.points, max_iterations=LEAST_SQUARES_STEPS, factors=cloud.factors, limits=limits)
+        refine(end, cloud.points, max_iterations=steps, factors=cloud.factors, limits=limits)
         for end in (fitted, *ends)
     ]
     at_rest = [each for each in refined if each.converged]
     if not at_rest:
-        return FailedFit(
-            f"least squares on a {fitted.kind} did not come to rest in {LEAST_SQUARES_STEPS} steps"
-        )
+        return FailedFit(f"least squares on a {fitted.kind} did not come to rest in {steps} steps")
     best = min(at_rest, key=lambda each: each.cost).primitive
     return _last_digits(best, cloud, limits, Kernel.LEAST_SQUARES, 1.0)
 

@@ -20,14 +20,16 @@ AT_REST = 1e-9
 CURVATURE_POINTS = 20_000
 """Curvature is taken on every k-th point of a cloud of more: an error in it only costs steps."""
 
-DIFFERENCE = 1e-3
-"""Width of the differences, in rms distances: under noise that is well within what is linear."""
+DIFFERENCES = (1e-3, 1e-5)
+"""Widths of the differences, in rms distances: under noise the first is well within what is linear, but for
+directions that points determine very weakly. There the second is taken, if the curvature by the first is
+that of no minimum."""
 
 UNCURVED = 1e-9
 """Below this rms distance, in the normalised frame, curvature is neither seen nor needed."""
 
-UNSEEN = 1e-12
-"""Relative growth of the cost that is rounding."""
+UNSEEN, UNSEEN_DISTANCE, MOST_UNSEEN = 1e-12, 1e-15, 1e-9
+"""Growth that is rounding: of the cost, relatively, and of the distances, which adds to it so much at most."""
 
 SMALLEST_PIVOT = 1e-12
 """Relative size of a direction below which the points do not determine the surface."""
@@ -40,9 +42,10 @@ def newton(primitive: Primitive, points: Array, kernel: Kernel, scale: float = 1
     """
     for _ in range(ROUNDS):
         moved, length = _round(primitive, points, kernel, scale)
-        if not _cost(moved, points, kernel, scale) <= _cost(primitive, points, kernel, scale) * (
-            1.0 + UNSEEN
-        ):
+        before = _cost(primitive, points, kernel, scale)
+        distance = scale * np.sqrt(2.0 * before / len(points)) + TINY
+        unseen = UNSEEN + min(UNSEEN_DISTANCE / distance, MOST_UNSEEN)
+        if not _cost(moved, points, kernel, scale) <= before * (1.0 + unseen):
             break
         primitive = moved
         if length <= AT_REST:
@@ -74,15 +77,18 @@ def _round(primitive: Primitive, points: Array, kernel: Kernel, scale: float) ->
         distance, jacobian = linearize_along(primitive, moved, points)
         return whitening.T @ (jacobian.T @ (kernel.weight((distance / scale) ** 2) * distance))
 
-    curvature = np.eye(primitive.dof)
     rms = float(np.sqrt(np.mean(weight * distance**2)))
-    if rms > UNCURVED:
-        every = -(-len(points) // CURVATURE_POINTS)
-        widths = DIFFERENCE * rms * np.sqrt(len(points)) * curvature
+    every = -(-len(points) // CURVATURE_POINTS)
+
+    def curvature_by(width: float) -> Array:
+        widths = width * rms * np.sqrt(len(points)) * np.eye(primitive.dof)
         differences = [gradient(y, points[::every]) - gradient(-y, points[::every]) for y in widths]
-        curvature = every * np.array(differences) / (2.0 * widths[0, 0])
-        curvature = 0.5 * (curvature + curvature.T)
-    if not np.all(np.linalg.eigvalsh(curvature) > 0.0):
+        found = every * np.array(differences) / (2.0 * widths[0, 0])
+        return 0.5 * (found + found.T)
+
+    curvatures = map(curvature_by, DIFFERENCES) if rms > UNCURVED else iter([np.eye(primitive.dof)])
+    curvature = next((each for each in curvatures if np.all(np.linalg.eigvalsh(each) > 0.0)), None)
+    if curvature is None:
         return primitive, 0.0
     lengths = [np.inf]
     total = np.zeros(primitive.dof)

@@ -36,6 +36,18 @@ def test_least_squares_is_the_optimum(kind: str, seed: int) -> None:
     check_against_oracle(kind, seed, starts=2)
 
 
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [
+        *(("torus", seed) for seed in (239, 477, 547)),
+        *(("cone", seed) for seed in (145, 199, 384, 461, 565)),
+    ],
+)
+def test_least_squares_comes_to_rest_where_a_direction_is_weakly_determined(kind: str, seed: int) -> None:
+    """Few points over 30 to 60 degrees, but for the last: the valley of the cost is narrow and bent."""
+    check_against_oracle(kind, seed, count=2)
+
+
 @pytest.mark.slow
 @kinds
 @pytest.mark.parametrize("seed", range(4, 60))
