@@ -29,7 +29,7 @@ UNCURVED = 1e-9
 """Below this rms distance, in the normalised frame, curvature is neither seen nor needed."""
 
 UNSEEN, UNSEEN_DISTANCE, MOST_UNSEEN = 1e-12, 1e-15, 1e-9
-"""Growth that is rounding: of the cost, relatively, and of the distances, which adds to it so much at most."""
+"""Growth that is rounding: of the cost, relatively, and of the distances; they add so much to it at most."""
 
 SMALLEST_PIVOT = 1e-12
 """Relative size of a direction below which the points do not determine the surface."""

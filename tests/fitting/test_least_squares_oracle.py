@@ -45,7 +45,7 @@ def test_least_squares_is_the_optimum(kind: str, seed: int) -> None:
 )
 def test_least_squares_comes_to_rest_where_a_direction_is_weakly_determined(kind: str, seed: int) -> None:
     """Few points over 30 to 60 degrees, but for the last: the valley of the cost is narrow and bent."""
-    check_against_oracle(kind, seed, count=2)
+    check_against_oracle(kind, seed, starts=2)
 
 
 @pytest.mark.slow
