@@ -45,8 +45,8 @@ HEAVY = 2.0
 PEAK = 2.0
 """Standard deviations by which a peak must stand out."""
 
-CORE = 4.0
-CORE_DEVIATION = 0.8779991787
+CORE = 3.0
+CORE_DEVIATION = 0.7952401018
 """Distances beyond so many scales have no weight in the scale, and the standard deviation of a unit normal
 variable under the weights (1 - (x / CORE)^2)^2."""
 
