@@ -9,7 +9,7 @@ from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.errors import InvalidOptionError
 from fitting.guess import guess_of
 from fitting.primitives import KINDS, PRIMITIVES, Primitive, parameters
-from fitting.values import number
+from fitting.values import number, positive
 
 Criterion = Literal[
     "robust",
@@ -54,6 +54,9 @@ class Config:
         inside, or its negative with all points outside
     max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share
         of the bounding-box diagonal, in (0, 1]; None derives the limit from the noise of the cloud
+    tolerance : what the caller counts as no deviation [length, input units], or None. Kinds that agree within
+        it over the cloud count as equal, and the simplest is answered; a smooth deviation within it never
+        refuses a kind
     seed : seed of every random choice, from 0 to 2^63 - 1
     constraints : parameters that are fixed or bounded
     initial_guess : a primitive in input units that joins the starts of its kind
@@ -62,6 +65,7 @@ class Config:
     kinds: tuple[str, ...] = KINDS
     criterion: Criterion = "robust"
     max_error: float | None = None
+    tolerance: float | None = None
     seed: int = 0
     constraints: Constraints = UNCONSTRAINED
     initial_guess: Primitive | None = None
@@ -92,6 +96,8 @@ class Config:
                 f"max_error is {self.max_error:g}; it is a share of the bounding-box diagonal in (0, 1]",
                 "max_error",
             )
+        if self.tolerance is not None:
+            positive("tolerance", self.tolerance)
         if not isinstance(self.seed, int | np.integer) or isinstance(self.seed, bool):
             raise InvalidOptionError(f"seed is {self.seed!r:.40}, not a whole number", "seed")
         if not 0 <= self.seed < 2**63:

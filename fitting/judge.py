@@ -424,6 +424,7 @@ def summarize(
         max=scale * float(distance.max()),
         zone=scale * float(np.ptp(signed)),
         relative_mean=mean / diagonal,
+        inlier_rms=scale * float(np.sqrt(np.mean(distance[distance <= evidence.reach] ** 2))),
         inlier_share=evidence.inlier_share,
     )
 

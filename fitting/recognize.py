@@ -29,7 +29,7 @@ from fitting.nesting import intervals
 from fitting.primitives import KINDS, PRIMITIVES, Primitive
 from fitting.reach import check_reach
 from fitting.residuals import Inliers
-from fitting.result import Attempt, FailedFit, Recognition
+from fitting.result import Alternative, Attempt, FailedFit, Recognition
 from fitting.search import fit_kind
 from fitting.uncertainty import Uncertainty
 
@@ -291,7 +291,7 @@ def _recognition(
     return Recognition(
         status=status,  # type: ignore[arg-type]
         primitive=best.attempt.primitive if best else None,
-        alternatives=tuple(t.attempt.primitive for t in rivals if t.attempt.primitive),
+        alternatives=tuple(_alternative(tried, cloud) for tried in rivals),
         error=best.attempt.error if best else None,
         noise=best.attempt.noise if best else None,
         extents=_extents(best, cloud) if best else None,
@@ -300,6 +300,12 @@ def _recognition(
         n_points=len(cloud.points),
         inliers=_inliers(best, cloud) if best else None,
     )
+
+
+def _alternative(tried: _Try, cloud: Cloud) -> Alternative:
+    primitive, error = tried.attempt.primitive, tried.attempt.error
+    assert primitive and error
+    return Alternative(primitive, error, _extents(tried, cloud), None, tried.attempt.evidence)
 
 
 def _inliers(best: _Try, cloud: Cloud) -> Inliers:

@@ -28,6 +28,7 @@ class ErrorSummary:
     zone : largest less smallest signed distance: the width of the zone between two offsets of the surface
         that holds all points. Flatness, sphericity, cylindricity under the criterion that was asked for
     relative_mean : mean over the bounding-box diagonal (the SHREC 2022 track's mean fitting error)
+    inlier_rms : rms of the points not rejected as outliers
     inlier_share : share of the points not rejected as outliers
     """
 
@@ -37,7 +38,16 @@ class ErrorSummary:
     max: float
     zone: float
     relative_mean: float
+    inlier_rms: float
     inlier_share: float
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """A deviation that neighbouring points share [length]: its size (rms) and the distance over which it holds."""
+
+    size: float
+    range: float
 
 
 @dataclass(frozen=True)
@@ -52,17 +62,27 @@ class NoiseSummary:
         that many could lie there by accident
     outlier_share : share of the points that are more likely to be anywhere than on the surface
     quantisation_step : step that the decimal coordinates differ by multiples of, None where there is none
+    correlated : the part of the noise that neighbours share, rough as sensors make it; None where it does not
+        show
+    smooth : a smooth deviation of the cloud from the surface, as a bowed part or a wrong shape has; None where
+        it does not show
     """
 
     scale: float
     exact_share: float
     outlier_share: float
     quantisation_step: float | None
+    correlated: Deviation | None = None
+    smooth: Deviation | None = None
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """One kind that was tried: what it reached and why it was accepted, refused, or failed."""
+    """One kind that was tried: what it reached and why it was accepted, refused, or failed.
+
+    `evidence` is the natural logarithm of its probability over that of the likeliest kind, 0 for that; None
+    where it was not weighed.
+    """
 
     kind: str
     probability: float | None
@@ -71,6 +91,7 @@ class Attempt:
     primitive: Primitive | None
     error: ErrorSummary | None
     noise: NoiseSummary | None
+    evidence: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, as in `attempts` of the body of `POST /fit`."""
@@ -82,6 +103,28 @@ class Attempt:
             "primitive": self.primitive and parameters(self.primitive),
             "error": plain(self.error),
             "noise": plain(self.noise),
+            "evidence": plain(self.evidence),
+        }
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another kind that explains an ambiguous cloud; `evidence` as in its attempt."""
+
+    primitive: Primitive
+    error: ErrorSummary
+    extents: Extents | None
+    uncertainty: Uncertainty | None
+    evidence: float | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The parameters, with what stands beside `primitive` in the answer."""
+        return {
+            **parameters(self.primitive),
+            "error": plain(self.error),
+            "extents": self.extents and self.extents.values(),
+            "uncertainty": plain(self.uncertainty),
+            "evidence": plain(self.evidence),
         }
 
 
@@ -100,7 +143,7 @@ class Recognition:
 
     status: Status
     primitive: Primitive | None
-    alternatives: tuple[Primitive, ...]
+    alternatives: tuple[Alternative, ...]
     error: ErrorSummary | None
     noise: NoiseSummary | None
     attempts: tuple[Attempt, ...]
@@ -116,7 +159,7 @@ class Recognition:
         return {
             "status": self.status,
             "primitive": self.primitive and parameters(self.primitive),
-            "alternatives": [parameters(primitive) for primitive in self.alternatives],
+            "alternatives": [other.to_dict() for other in self.alternatives],
             "message": self.message,
             "extents": self.extents and self.extents.values(),
             "uncertainty": plain(self.uncertainty),
@@ -134,10 +177,11 @@ class Recognition:
         return summary(self.to_dict())
 
     def __repr__(self) -> str:
-        kinds = " or ".join(each.kind for each in (self.primitive, *self.alternatives) if each)
+        found = (self.primitive, *(other.primitive for other in self.alternatives))
+        kinds = " or ".join(each.kind for each in found if each)
         best = "best try " if kinds and self.status == "no_fit" else ""
-        found = [self.status, best + kinds, f"{self.n_points} points"]
-        return f"<Recognition: {', '.join(filter(None, found))}>"
+        said = [self.status, best + kinds, f"{self.n_points} points"]
+        return f"<Recognition: {', '.join(filter(None, said))}>"
 
 
 @dataclass(frozen=True)

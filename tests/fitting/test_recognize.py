@@ -376,7 +376,7 @@ def test_a_shallow_noisy_patch_is_ambiguous_and_a_quiet_one_is_not() -> None:
     noise = rng.normal(size=60)[:, None] * [0.0, 0.0, 1.0]
     answer = recognize(flat + 0.02 * noise)
     assert answer.status == "ambiguous"
-    assert {primitive.kind for primitive in answer.alternatives} >= {"sphere"}
+    assert {other.primitive.kind for other in answer.alternatives} >= {"sphere"}
     assert recognize(flat + 0.0005 * noise).status == "fitted"
 
 
