@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from benchmark import coverage
+from benchmark import coverage, drawing
 from benchmark.cases import CASE_SETS, Case, CaseSet
 from benchmark.methods import METHODS, PEERS
 from benchmark.options import make_parser
@@ -22,10 +22,11 @@ from benchmark.report.coverage import write_coverage
 from benchmark.report.pictures import require_matplotlib
 from benchmark.report.proofs import proven
 from benchmark.runner import Child, MethodError, Work, begin, interpreter, introduce, run
-from benchmark.service import busy, measure, table
+from benchmark.service import busy, livez_line, measure, slowest_livez, table
 from benchmark.serving import ServiceError
 from benchmark.summary import summary, wrong_line
 from benchmark.track import TRACK, TrackError, TrackFolder
+from synthetic import RECIPES
 
 DEFAULT_METHOD = next(iter(METHODS))
 BAD_INPUT, INTERRUPTED = 2, 130
@@ -33,7 +34,8 @@ BAD_INPUT, INTERRUPTED = 2, 130
 
 def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
     """The command with these arguments; returns its exit status."""
-    parser = make_parser(program, run_action, report_action, service_action, coverage_action, proofs_action)
+    actions = (run_action, report_action, service_action, coverage_action, proofs_action, drawing_action)
+    parser = make_parser(program, *actions)
     options = parser.parse_args(arguments)
     if not hasattr(options, "action"):
         parser.print_help()
@@ -44,7 +46,8 @@ def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench"
         print(f"{program}: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        print(f"\n{program}: interrupted; the same command goes on from {options.out}", file=sys.stderr)
+        goes_on = f"; the same command goes on from {options.out}" if hasattr(options, "out") else ""
+        print(f"\n{program}: interrupted{goes_on}", file=sys.stderr)
         return INTERRUPTED
 
 
@@ -60,7 +63,8 @@ def service_action(options: argparse.Namespace) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     warning = busy()
     rows = list(measure(options.turns, options.seed, options.out / "service.log"))
-    print(table(rows), warning, sep="\n")
+    livez = livez_line(slowest_livez(options.seed, options.out / "service.log"))
+    print(table(rows), livez, warning, sep="\n")
     if options.picture:
         draw_added(rows, options.picture)
     return 0
@@ -89,6 +93,11 @@ def proofs_action(options: argparse.Namespace) -> int:
     for line in proven([record for record in file.read() if record.key in wanted]):
         console.print(line, soft_wrap=True, markup=False)
     console.print(f"records: {file.path}")
+    return 0
+
+
+def drawing_action(options: argparse.Namespace) -> int:
+    print(drawing.table([drawing.rate(name, options.seed, options.seconds) for name in RECIPES]))
     return 0
 
 

@@ -34,7 +34,7 @@ def test_an_answer_comes_with_its_times(child):
     outcome = child.fit("right", sphere_case(), None, PATIENT)
     assert outcome.status == "fitted"
     assert outcome.primitive["kind"] == "sphere" and outcome.attempts == ("plane", "sphere")
-    assert 0.0 < outcome.seconds < 1.0 and outcome.cpu_seconds >= 0.0
+    assert outcome.seconds > 0.0 and outcome.cpu_seconds >= 0.0
 
 
 @pytest.mark.parametrize(

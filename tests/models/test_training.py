@@ -10,9 +10,9 @@ from models.weights import load
 
 
 def test_one_seed_one_file(tmp_path):
-    first = train(3, 120, 20, tmp_path / "first")
-    second = train(3, 120, 20, tmp_path / "second")
-    other = train(4, 120, 20, tmp_path / "other")
+    first = train(3, 30, 10, tmp_path / "first")
+    second = train(3, 30, 10, tmp_path / "second")
+    other = train(4, 30, 10, tmp_path / "other")
     assert first == second
     for name in ("knn.npz", "knn.json"):
         assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
