@@ -48,8 +48,9 @@ def some_of(rng: Generator, edge: Mask, share: Range) -> Mask:
 def edge_fringe(rng: Generator, seen: Seen, points: Array, noise: float) -> tuple[Array, Mask]:
     """Edge points lean to what is behind or before the part, all to the same side, by some noises.
 
-    Disparity windows and laser spots that see both (Hirschmueller and Scharstein, PAMI 31, 2009; Adams and
-    Probert, International Journal of Robotics Research 15, 1996).
+    Disparity windows and laser spots see both (Hirschmueller, Innocent and Garibaldi, "Real-time
+    correlation-based stereo vision with reduced border errors", IJCV 47, 2002; Adams and Probert,
+    International Journal of Robotics Research 15, 1996).
     """
     moved = some_of(rng, seen.on_edge, FRINGE_SHARE)
     step = rng.choice([-1.0, 1.0]) * noise * log_uniform(rng, FRINGE_SIZE)

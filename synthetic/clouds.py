@@ -36,6 +36,8 @@ class SyntheticCloud:
     sensor : the name of the sensor, of a sensor's cloud (`synthetic.sensors`), else empty
     effects : of a sensor's cloud what each effect did, by name: the root mean square by which it moved the
         points or, of fringes, tails and gross outliers, the share of the points
+    field_range : of a sensor's cloud the distance at which the largest of its random fields over the surface
+        is correlated by 1/e, else None
     """
 
     points: NDArray[np.float64]
@@ -55,3 +57,4 @@ class SyntheticCloud:
     extent: float | None = None
     sensor: str = ""
     effects: Mapping[str, float] = field(default_factory=dict)
+    field_range: float | None = None

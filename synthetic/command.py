@@ -28,7 +28,7 @@ ATTRIBUTES = (
     "extent",
 )
 """What `attributes.csv` says of each cloud; empty where it is not known."""
-SENSOR_ATTRIBUTES = ("sensor", "effects")
+SENSOR_ATTRIBUTES = ("sensor", "field_range", "effects")
 """And of a sensor's cloud besides; the effects as `name=size` with semicolons between them."""
 
 

@@ -31,6 +31,11 @@ A more general truth starts some 8 behind (Occam's factor of one to three parame
 per cent), so this is 12 more than needed: two standard deviations of sqrt(2 g) = 6.3. Whoever knows the
 errors is wrong in 3 % of the clouds at this limit, and most are far from it.
 """
+MOST_NOISE = 0.03
+"""Of all errors together across the surface, root mean square, in extents: segmentation would not have found
+what scatters more, and a thin tube wraps it."""
+SPHERE_STEPS = 5
+"""Gauss-Newton steps from the algebraic sphere to the nearest one."""
 ENOUGH = 150
 """Points that gains are computed from; each stands for its share of all, so white noise counts less."""
 
@@ -43,14 +48,22 @@ def about_plane(points: Array) -> tuple[Array, Array]:
 
 
 def about_sphere(points: Array) -> tuple[Array, Array]:
-    """Distances (N,) from the algebraic sphere and their derivatives (N, 4)."""
+    """Distances (N,) from the best sphere and their derivatives (N, 4).
+
+    Gauss-Newton from the algebraic sphere  |x|^2 = 2 c.x + b.
+    """
     centered = points - points.mean(axis=0)
     design = np.column_stack([2.0 * centered, np.ones(len(points))])
     solution = np.linalg.lstsq(design, np.einsum("ij,ij->i", centered, centered), rcond=None)[0]
-    outwards = centered - solution[:3]
-    lengths = np.linalg.norm(outwards, axis=1)
-    radius = np.sqrt(max(solution[3] + solution[:3] @ solution[:3], 0.0))
-    return lengths - radius, np.column_stack([outwards / lengths[:, None], np.ones(len(points))])
+    center, radius = solution[:3], np.sqrt(max(solution[3] + solution[:3] @ solution[:3], 0.0))
+    for _ in range(SPHERE_STEPS + 1):
+        outwards = centered - center
+        lengths = np.linalg.norm(outwards, axis=1)
+        residual = lengths - radius
+        jacobian = -np.column_stack([outwards / lengths[:, None], np.ones(len(points))])
+        step = np.linalg.lstsq(jacobian, -residual, rcond=None)[0]
+        center, radius = center + step[:3], radius + step[3]
+    return residual, jacobian
 
 
 def rivals_of_a_sphere(sphere: Sphere, points: Array) -> Iterator[Cylinder | Cone]:
@@ -95,9 +108,9 @@ def covariance(effects: list[Effect], seen: Seen, share: float) -> Array:
     return total + (floor**2 + 1e-6 * np.trace(total) / len(total)) * np.eye(len(total))
 
 
-def gain(patch: Patch, seen: Seen, effects: list[Effect], share: float) -> float:
+def gain(patch: Patch, seen: Seen, total: Array) -> float:
     """The mean log-likelihood by which the truth leads the nearest rival; infinite where there is none."""
-    root = np.linalg.cholesky(covariance(effects, seen, share))
+    root = np.linalg.cholesky(total)
     least = np.inf
     for residual, jacobian in rivals(patch, seen.points):
         white = solve_triangular(root, np.column_stack([residual, jacobian]), lower=True)
@@ -107,7 +120,9 @@ def gain(patch: Patch, seen: Seen, effects: list[Effect], share: float) -> float
 
 
 def decidable(rng: np.random.Generator, patch: Patch, seen: Seen, effects: list[Effect]) -> bool:
-    """Whether the truth gains `LEAST_GAIN` on every rival."""
+    """Whether there is a surface to be seen, and the truth gains `LEAST_GAIN` on every rival."""
     count = min(ENOUGH, len(seen.points))
     few = seen.part(np.sort(rng.permutation(len(seen.points))[:count]))
-    return gain(patch, few, effects, count / len(seen.points)) >= LEAST_GAIN
+    if np.sqrt(np.mean(np.diag(covariance(effects, few, 1.0)))) > MOST_NOISE * seen.extent:
+        return False
+    return gain(patch, few, covariance(effects, few, count / len(seen.points))) >= LEAST_GAIN

@@ -77,7 +77,8 @@ class Seen:
 class Effect(Protocol):
     """One cause of errors."""
 
-    name: ClassVar[str]
+    @property
+    def name(self) -> str: ...
 
     @property
     def size(self) -> float:
@@ -132,7 +133,11 @@ class Correlated:
 
     size: float
     field: Field
-    name: ClassVar[str] = "correlated"
+
+    @property
+    def name(self) -> str:
+        """The sort of the field: rough, self-affine or smooth."""
+        return self.field.name
 
     def applied(self, rng: Generator, seen: Seen, points: Array) -> Array:
         return along_rays(seen, points, self.size * seen.weight * self.field.draw(rng, seen.points))

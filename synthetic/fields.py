@@ -9,7 +9,7 @@ of the law.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.random import Generator
@@ -26,6 +26,13 @@ CHUNK = 20_000
 
 class Field(Protocol):
     """A field of mean 0 and variance 1, known by its correlation."""
+
+    name: ClassVar[str]
+
+    @property
+    def range(self) -> float:
+        """The distance at which the correlation has fallen to 1/e."""
+        ...
 
     def correlation(self, distance: Array) -> Array:
         """Of two points so far apart."""
@@ -71,6 +78,11 @@ class Rough:
     """
 
     length: float
+    name: ClassVar[str] = "rough"
+
+    @property
+    def range(self) -> float:
+        return self.length
 
     def correlation(self, distance: Array) -> Array:
         return np.exp(-distance / self.length)
@@ -86,6 +98,11 @@ class Smooth:
     """The Gaussian variogram, 1 - exp(-(d / length)^2 / 2): what a filter or a bending part leaves."""
 
     length: float
+    name: ClassVar[str] = "smooth"
+
+    @property
+    def range(self) -> float:
+        return float(np.sqrt(2.0)) * self.length
 
     def correlation(self, distance: Array) -> Array:
         return np.exp(-0.5 * (distance / self.length) ** 2)
@@ -107,6 +124,12 @@ class SelfAffine:
     hurst: float
     shortest: float
     longest: float
+    name: ClassVar[str] = "self-affine"
+
+    @property
+    def range(self) -> float:
+        distance = np.linspace(0.0, self.longest, 500)
+        return float(distance[np.argmax(self.correlation(distance) < np.exp(-1.0))])
 
     def wave_numbers(self, shares: Array) -> tuple[Array, Array]:
         """The wave numbers at these quantiles [0, 1], and their variances, of sum 1."""
@@ -118,8 +141,7 @@ class SelfAffine:
     def correlation(self, distance: Array) -> Array:
         """sum v_k sin(k d) / (k d), the mean over directions in space."""
         numbers, variances = self.wave_numbers((np.arange(TERMS) + 0.5) / TERMS)
-        flat = np.unique(distance)
-        tabulated = np.linspace(0.0, float(flat[-1]) if len(flat) else 0.0, 2000)
+        tabulated = np.linspace(0.0, float(distance.max()), 2000)
         values = np.sinc(np.multiply.outer(tabulated, numbers) / np.pi) @ variances
         return np.interp(distance, tabulated, values)
 

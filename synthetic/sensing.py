@@ -15,7 +15,7 @@ from fitting.primitives import PRIMITIVES, Torus
 from synthetic.borders import comet_tail, edge_fringe, ragged
 from synthetic.clouds import SyntheticCloud
 from synthetic.deciding import decidable
-from synthetic.effects import Effect, FormDeviation, Seen
+from synthetic.effects import Correlated, Effect, FormDeviation, Seen
 from synthetic.noise import gross_outliers, rounded
 from synthetic.parts import draw_part
 from synthetic.patches import Patch
@@ -46,7 +46,9 @@ OVERSAMPLED = 1.4
 """Hits aimed at over those wanted: the narrowed window and grazing rays cost some."""
 DENSER = 4
 """Rays a vertex of a fused mesh."""
-FEWEST_RINGS = 3
+FEWEST_RINGS = 4
+"""Of a spinning laser: three rings, each off by its own error, lie on a cylinder about anything.
+"""
 HIT_RINGS = (3, 8)
 """Of a contact machine: heights that it goes round at."""
 HIT_JITTER = 0.1
@@ -62,7 +64,8 @@ CROPPED, CROP_KEEPS = 0.5, Range(0.5, 0.95)
 FORMED = 0.6
 """How many parts deviate from their ideal form, by up to a noise scale in the root mean square."""
 LOBES = (0, 0, 2, 3, 5)
-"""Bows and barrels; ovals of chucks and bends; three and five lobes of centreless grinding (ISO 12181-1)."""
+"""Bows and barrels; ovals of chucks and bends; the odd lobes of centreless grinding (Rowe, Principles of
+Modern Grinding Technology, 2014)."""
 TOLERANCES = (
     (0.01, 0.0001),
     (0.03, 0.0002),
@@ -350,7 +353,16 @@ def delivered(rng: Generator, scene: Scene, strays: int) -> SyntheticCloud:
         extent=unit * seen.extent,
         sensor=scene.sensor,
         effects=in_unit(sizes, unit),
+        field_range=field_range(scene.effects, unit),
     )
+
+
+def field_range(effects: list[Effect], unit: float) -> float | None:
+    """How far the largest random field reaches, in the unit of the cloud."""
+    correlated = [effect for effect in effects if isinstance(effect, Correlated)]
+    if not correlated:
+        return None
+    return unit * max(correlated, key=lambda effect: effect.size).field.range
 
 
 def share_in_millimetres(scene: Scene) -> float:
