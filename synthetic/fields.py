@@ -20,8 +20,10 @@ Array = NDArray[np.float64]
 
 TERMS = 400
 """Cosines a field: their sum is normal to a few per cent, and 200,000 points take a second or two."""
-CHUNK = 20_000
-"""Points at a time, so that a chunk's cosines stay within 64 MB."""
+CHUNK = 2_000
+"""Points at a time, so that a chunk's cosines stay within a processor's cache."""
+TABLE = 400
+"""Distances at which a correlation that is a sum is worked out; denser towards 0, and straight in between."""
 
 
 class Field(Protocol):
@@ -55,14 +57,18 @@ def directions(rng: Generator, count: int, dimension: int) -> Array:
 
 
 def cosines(rng: Generator, points: Array, waves: Array, variances: Array) -> Array:
-    """sum sqrt(2 v_k) cos(w_k . x + p_k) at points (N, D), with uniform phases."""
-    phases = rng.uniform(0.0, 2 * np.pi, len(waves))
-    amplitudes = np.sqrt(2.0 * variances)
+    """sum sqrt(2 v_k) cos(w_k . x + p_k) at points (N, D), with uniform phases.
+
+    In single precision, five times as fast: what that leaves out is noise of a millionth of the field.
+    """
+    phases = rng.uniform(0.0, 2 * np.pi, len(waves)).astype(np.float32)
+    amplitudes = np.sqrt(2.0 * variances).astype(np.float32)
+    single, across = points.astype(np.float32), waves.T.astype(np.float32)
     parts = [
-        np.cos(points[first : first + CHUNK] @ waves.T + phases) @ amplitudes
+        np.cos(single[first : first + CHUNK] @ across + phases) @ amplitudes
         for first in range(0, len(points), CHUNK)
     ]
-    return np.concatenate(parts)
+    return np.concatenate(parts).astype(np.float64)
 
 
 def equal_variances() -> Array:
@@ -141,7 +147,7 @@ class SelfAffine:
     def correlation(self, distance: Array) -> Array:
         """sum v_k sin(k d) / (k d), the mean over directions in space."""
         numbers, variances = self.wave_numbers((np.arange(TERMS) + 0.5) / TERMS)
-        tabulated = np.linspace(0.0, float(distance.max()), 2000)
+        tabulated = float(distance.max()) * np.linspace(0.0, 1.0, TABLE) ** 3
         values = np.sinc(np.multiply.outer(tabulated, numbers) / np.pi) @ variances
         return np.interp(distance, tabulated, values)
 

@@ -46,6 +46,8 @@ OVERSAMPLED = 1.4
 """Hits aimed at over those wanted: the narrowed window and grazing rays cost some."""
 DENSER = 4
 """Rays a vertex of a fused mesh."""
+CELL_SIZES, CELLS_OFF = 15, 0.03
+"""Sizes of cells that are tried for the wanted number of vertices, and by how much it may be missed."""
 FEWEST_RINGS = 4
 """Of a spinning laser: three rings, each off by its own error, lie on a cylinder about anything.
 """
@@ -179,18 +181,23 @@ def vertices(seen: Seen, wanted: int) -> Indices:
 
     So marching cubes leaves them: one or a few a cell that the surface crosses.
     """
-    low, high = 1e-3 * seen.spacing, seen.extent
-    chosen = np.arange(len(seen.points))
-    for _ in range(20):
+    low, high = 0.1 * seen.spacing, seen.extent
+    for _ in range(CELL_SIZES):
         side = np.sqrt(low * high)
-        cells = np.floor(seen.points / side)
-        off = np.linalg.norm(seen.points / side - cells - 0.5, axis=1)
-        order = np.argsort(off, kind="stable")
-        chosen = np.sort(order[np.unique(cells[order], axis=0, return_index=True)[1]])
-        if abs(len(chosen) - wanted) <= 0.02 * wanted:
+        found = len(np.unique(cells_of(seen.points, side)))
+        if abs(found - wanted) <= CELLS_OFF * wanted:
             break
-        low, high = (side, high) if len(chosen) > wanted else (low, side)
-    return chosen
+        low, high = (side, high) if found > wanted else (low, side)
+    off = np.linalg.norm(np.mod((seen.points - seen.points.min(axis=0)) / side, 1.0) - 0.5, axis=1)
+    order = np.argsort(off, kind="stable")
+    return np.sort(order[np.unique(cells_of(seen.points, side)[order], return_index=True)[1]])
+
+
+def cells_of(points: Array, side: float) -> Indices:
+    """The number of the cell of a cubic grid that each point lies in."""
+    place = np.floor((points - points.min(axis=0)) / side).astype(np.intp)
+    columns, layers = place.max(axis=0)[1:] + 1
+    return (place[:, 0] * columns + place[:, 1]) * layers + place[:, 2]
 
 
 def hits(rng: Generator, patch: Patch, wanted: int) -> Seen:
@@ -229,7 +236,7 @@ def scene_of(rng: Generator, name: str, kind: str, count: int) -> Scene | None:
             return None
         seen, stations = found
     if sensor.grid == "vertices" and len(seen.points) > wanted:
-        seen = seen.part(vertices(seen, int(1.05 * wanted)))
+        seen = seen.part(vertices(seen, int(1.05 * wanted) + 1))
     if len(seen.points) < wanted:
         return None
     if keeps < 1.0:
