@@ -19,7 +19,7 @@ from fitting.primitives import KINDS, Primitive
 from synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
 from synthetic.noise import rounded
 from synthetic.perturb import random_subset, uniform_noise
-from synthetic.recipes import PERTURBATIONS, SHAPES, Range
+from synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES, Range
 
 Level = str | float
 L = TypeVar("L")
@@ -144,6 +144,21 @@ def scanner(seed: int, index: int) -> Case:
         "outliers": drawn.outlier_share,
     }
     return case(index, drawn, {name: bucket(SCAN_BUCKETS[name], value) for name, value in seen.items()})
+
+
+SENSOR_POINTS: Buckets = (
+    (200, "50 to 200"),
+    (1000, "200 to 1,000"),
+    (5000, "1,000 to 5,000"),
+    (20_000, "5,000 to 20,000"),
+    (np.inf, "over 20,000"),
+)
+
+
+def sensor(seed: int, index: int) -> Case:
+    drawn = cloud(replace(RECIPES["sensor"], seed=seed), index)
+    points = bucket(SENSOR_POINTS, len(drawn.points))
+    return case(index, drawn, {"points": points, "sensor": drawn.sensor})
 
 
 SCAN = ScannerRecipe(points=Range(2000, 2000), noise=Range(1e-3, 1e-3), noiseless=0.0, without_outliers=1.0)
@@ -329,6 +344,19 @@ CASE_SETS: dict[str, CaseSet] = {
         185,
         925,
         shrec,
+    ),
+    "sensor": CaseSet(
+        Description(
+            "Sensors",
+            "Parts as eleven sorts of sensors see them, from depth cameras to contact machines: noise that "
+            "is mostly correlated, depth steps, rings, waves along lines, bows of the sensor and of the "
+            "part, double walls, fringes and tails at edges, ragged borders, up to 3 % gross outliers; 50 to "
+            "200,000 points. Whoever knew the errors' covariance could tell the kind.",
+            {"points": _names(SENSOR_POINTS), "sensor": SENSORS},
+        ),
+        150,
+        500,
+        sensor,
     ),
     "scanner": CaseSet(
         Description(
