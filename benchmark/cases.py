@@ -13,10 +13,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from benchmark import bows, cone_arcs
 from benchmark.pieces import GAINS, NOISE_LAWS, PAIRS, pair_cloud, round_cloud
 from fitting.geometry import Array
 from fitting.primitives import KINDS, Primitive
 from synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
+from synthetic.bows import DEVIATIONS, DEVIATIONS_OF
 from synthetic.noise import rounded
 from synthetic.perturb import random_subset, uniform_noise
 from synthetic.recipes import PERTURBATIONS, SHAPES, Range
@@ -288,6 +290,43 @@ def bias(seed: int, index: int) -> Case:
     return case(index, drawn, {"noise": law, "object": shape})
 
 
+# -- parts that deviate from their kind ---------------------------------------------------------------------
+
+AMPLITUDES = (0.25, 0.5, 1.0, 3.0)
+SLIGHT = AMPLITUDES[:3]
+"""Multiples of the noise up to which the true kind is right, whatever the number of points."""
+BOW_BUCKETS: dict[str, Buckets] = {
+    "points": ((1000, "200 to 1,000"), (10_000, "1,000 to 10,000"), (np.inf, "10,000 to 50,000")),
+    "noise": ((1e-3, "up to 0.1 %"), (np.inf, "0.1 to 0.5 %")),
+}
+
+
+def bowed(seed: int, index: int) -> Case:
+    kind, piece, level = turn(index, KINDS, AMPLITUDES)
+    deviations = DEVIATIONS_OF[kind]
+    deviation = deviations[piece // len(KINDS) % len(deviations)]
+    drawn = bows.bowed_cloud(np.random.default_rng([seed, piece, 9]), kind, deviation, level)
+    assert drawn.noise is not None and drawn.extent is not None
+    seen = {"points": len(drawn.points), "noise": drawn.noise / drawn.extent}
+    groups = {name: bucket(BOW_BUCKETS[name], value) for name, value in seen.items()}
+    return case(index, drawn, {"amplitude [noise]": level, "deviation": deviation, **groups})
+
+
+CONE_ARCS = ("cone", "cylinder")
+ANGLE_BUCKETS: Buckets = ((50.0, "20 to 50"), (200.0, "50 to 200"), (np.inf, "over 200"))
+CONE_ARC_POINTS: Buckets = ((1000, "300 to 1,000"), (5000, "1,000 to 5,000"), (np.inf, "5,000 to 20,000"))
+
+
+def cone_arc(seed: int, index: int) -> Case:
+    """Cone and cylinder take turns on the same arc, with the same noise."""
+    _, arc, shape = turn(index, ("cone arc",), CONE_ARCS)
+    drawn, shown = cone_arcs.arc_cloud(np.random.default_rng([seed, arc, 10]), shape)
+    points = bucket(CONE_ARC_POINTS, len(drawn.points))
+    return case(
+        index, drawn, {"shape": shape, "chi^2 of the angle": bucket(ANGLE_BUCKETS, shown), "points": points}
+    )
+
+
 # -- all ----------------------------------------------------------------------------------------------------
 
 
@@ -449,6 +488,45 @@ CASE_SETS: dict[str, CaseSet] = {
         2000,
         bias,
         own=True,
+    ),
+    "bows": CaseSet(
+        Description(
+            "Bows, lobes and barrels",
+            "Parts that deviate smoothly from their kind by 0.25 to 3 noise scales (root mean square, what "
+            "the parameters of the kind cannot take): planes with a dome or a sag, cylinders, cones and "
+            "tori that are bent, have two to five lobes or bulge, spheres with lobes or a bulge; sign and "
+            "direction at random. White noise of 0.02 to 0.5 % of the extent along the normal, 200 to "
+            "50,000 points (log-uniform). Each part is shown at every amplitude. The right answer is the "
+            "kind of the part; at 3 noise scales a more general kind that follows the deviation, or "
+            "`ambiguous`, will do.",
+            {
+                "amplitude [noise]": AMPLITUDES,
+                "points": _names(BOW_BUCKETS["points"]),
+                "deviation": tuple(DEVIATIONS),
+                "noise": _names(BOW_BUCKETS["noise"]),
+            },
+        ),
+        120,
+        1200,
+        bowed,
+    ),
+    "cone-arcs": CaseSet(
+        Description(
+            "Short arcs of cones",
+            "Cones of 20 to 60 degrees on arcs of 30 to 60 degrees whose radius doubles, 300 to 20,000 "
+            "points with independent noise, under which the points show the angle: twice what the best cone "
+            "gains on the best cylinder in log-likelihood, the chi^2 of the angle, is over 20 (drawn "
+            "log-uniform up to 500; noise of at most 3 % of the extent). And cylinders of the same radius, "
+            "arc and length, with as many points and as much noise.",
+            {
+                "shape": CONE_ARCS,
+                "chi^2 of the angle": _names(ANGLE_BUCKETS),
+                "points": _names(CONE_ARC_POINTS),
+            },
+        ),
+        60,
+        600,
+        cone_arc,
     ),
     "foreign": CaseSet(
         Description(
