@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchmark import bows, cone_arcs
+from benchmark import bows, cone_arcs, prisms
 from benchmark.pieces import GAINS, NOISE_LAWS, PAIRS, pair_cloud, round_cloud
 from fitting.geometry import Array
 from fitting.primitives import KINDS, Primitive
@@ -22,6 +22,7 @@ from synthetic.bows import DEVIATIONS, DEVIATIONS_OF
 from synthetic.noise import rounded
 from synthetic.perturb import random_subset, uniform_noise
 from synthetic.recipes import PERTURBATIONS, SHAPES, Range
+from synthetic.sections import SECTIONS
 
 Level = str | float
 L = TypeVar("L")
@@ -327,6 +328,25 @@ def cone_arc(seed: int, index: int) -> Case:
     )
 
 
+PIPE = "pipe"
+ONE_PIPE_IN = 4
+DEVIATIONS_SEEN: Buckets = ((1.0, "under 1"), (3.0, "1 to 3"), (np.inf, "over 3"))
+"""Of a section from the nearest circle or line, in noise scales (root mean square)."""
+FAR_OFF = DEVIATIONS_SEEN[-1][1]
+
+
+def sections(seed: int, index: int) -> Case:
+    """Every fourth cloud is a pipe; between them sorts take turns."""
+    rounds, place = divmod(index, ONE_PIPE_IN)
+    rng = np.random.default_rng([seed, index, 11])
+    if place == ONE_PIPE_IN - 1:
+        return case(index, prisms.pipe_cloud(rng), {"deviation": PIPE, "section": PIPE})
+    sorts = tuple(SECTIONS)
+    sort = sorts[(rounds * (ONE_PIPE_IN - 1) + place) % len(sorts)]
+    drawn, deviation = prisms.section_cloud(rng, sort)
+    return case(index, drawn, {"deviation": bucket(DEVIATIONS_SEEN, deviation), "section": sort})
+
+
 # -- all ----------------------------------------------------------------------------------------------------
 
 
@@ -527,6 +547,22 @@ CASE_SETS: dict[str, CaseSet] = {
         60,
         600,
         cone_arc,
+    ),
+    "sections": CaseSet(
+        Description(
+            "Bars and pipes",
+            "Twenty sorts of sections that are no circle, drawn out to bars of 1 to 5 widths with all sides "
+            "and no ends: three to eight faces, rectangles, L, U, T, I and C, ellipses, half-round, "
+            "stadium, star. In an eighth of the clouds no noise, else 0.03 to 3 % of the width "
+            "(independent, along the normal), 200 to 20,000 points (all log-uniform). Every fourth cloud is "
+            "a round pipe. Grouped by how far the clean section is off the nearest circle or line (root "
+            "mean square) in noise scales. The right answer is `no_fit`, of a pipe the cylinder; below 3 "
+            "noise scales `ambiguous` will do, below 1 nothing is asked.",
+            {"deviation": (PIPE, *_names(DEVIATIONS_SEEN)), "section": (PIPE, *SECTIONS)},
+        ),
+        80,
+        1200,
+        sections,
     ),
     "foreign": CaseSet(
         Description(
