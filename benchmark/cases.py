@@ -36,11 +36,12 @@ class Case:
     ----------
     name : within its set
     points : (N, 3)
-    truth : None for a foreign shape, of which no answer is right
+    truth : None for a foreign shape, of which no answer is right, and where only the kind is known
     groups : what results are grouped by besides the kind
     outliers : mask (N,) of points that do not belong to the surface, None where they are not known
     noise : standard deviation of the others, None where there is no single one
     ambiguous : whether another kind explains the cloud as well as the truth, so that no kind is right
+    known_kind : the true kind where no parameters are known
     """
 
     name: str
@@ -50,13 +51,14 @@ class Case:
     outliers: np.ndarray | None = None
     noise: float | None = None
     ambiguous: bool = False
+    known_kind: str | None = None
 
     @property
     def kind(self) -> str:
         """The true one; `foreign` or `ambiguous` where no kind is right."""
         if self.ambiguous:
             return "ambiguous"
-        return self.truth.kind if self.truth else "foreign"
+        return self.truth.kind if self.truth else self.known_kind or "foreign"
 
     @property
     def surface_points(self) -> Array:
