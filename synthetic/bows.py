@@ -135,7 +135,7 @@ def bow(rng: Generator, piece: Piece) -> Array:
             across = 1.0 if rng.random() < 0.5 else np.cos(turn) ** 2
             return piece.along**2 * across
         case Torus():
-            return piece.primitive.gradient(piece.points)[:, 2] * np.cos(2.0 * turn)
+            return piece.primitive.gradient(piece.points) @ piece.primitive.axis * np.cos(2.0 * turn)
     return piece.along**2 * np.cos(turn)
 
 
@@ -151,6 +151,43 @@ def lobe(rng: Generator, piece: Piece) -> Array:
 def barrel(rng: Generator, piece: Piece) -> Array:
     """A bulge along the axis, highest in the middle; of a torus, along the sweep of its tube."""
     return -(piece.along**2)
+
+
+def piece_of(rng: Generator, truth: Primitive, points: Array) -> Piece:
+    """Any points (N, 3) of a surface as a piece, about its own axis; of a sphere about a random one."""
+    frame = np.linalg.svd(_axis(rng, truth)[None])[2][[1, 2, 0]]
+    at = (points - _middle(truth, points)) @ frame.T
+    around = np.arctan2(at[:, 1], at[:, 0])
+    match truth:
+        case Plane():
+            along = np.linalg.norm(at[:, :2], axis=1)
+            return Piece(truth, points, around, along / along.max())
+        case Sphere():
+            return Piece(truth, points, around, at[:, 2] / truth.radius)
+        case Torus():
+            middle = at.mean(axis=0)
+            around = np.mod(around - np.arctan2(middle[1], middle[0]) + np.pi, TURN) - np.pi
+            return Piece(truth, points, around, _spread(around))
+    return Piece(truth, points, around, _spread(at[:, 2]))
+
+
+def _axis(rng: Generator, truth: Primitive) -> Array:
+    match truth:
+        case Plane(normal=axis) | Cylinder(axis=axis) | Cone(axis=axis) | Torus(axis=axis):
+            return axis
+    return rng.standard_normal(3)
+
+
+def _middle(truth: Primitive, points: Array) -> Array:
+    match truth:
+        case Sphere(center=middle) | Torus(center=middle) | Cylinder(point=middle) | Cone(apex=middle):
+            return middle
+    return np.asarray(points.mean(axis=0))
+
+
+def _spread(values: Array) -> Array:
+    """From -1 to 1."""
+    return (2.0 * values - values.max() - values.min()) / np.ptp(values)
 
 
 DEVIATIONS: dict[str, Callable[[Generator, Piece], Array]] = {"bow": bow, "lobe": lobe, "barrel": barrel}

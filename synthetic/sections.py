@@ -86,15 +86,9 @@ def lipped_channel(rng: Generator) -> Array:
     """C: a channel whose legs end in lips"""
     leg, wall = uniform(rng, LEGS), uniform(rng, WALL)
     lip = wall + (0.5 - wall) * uniform(rng, LEGS) / 2
-    outer = [[leg, lip], [leg, 0], [0, 0], [0, 1], [leg, 1], [leg, 1 - lip]]
-    inner = [
-        [leg - wall, 1 - lip],
-        [leg - wall, 1 - wall],
-        [wall, 1 - wall],
-        [wall, wall],
-        [leg - wall, wall],
-    ]
-    return np.array([*outer, *inner, [leg - wall, lip]], float)
+    outer = [[leg, 1 - lip], [leg, 1], [0, 1], [0, 0], [leg, 0], [leg, lip]]
+    inner = [[leg - wall, wall], [wall, wall], [wall, 1 - wall], [leg - wall, 1 - wall]]
+    return np.array([*outer, [leg - wall, lip], *inner, [leg - wall, 1 - lip]], float)
 
 
 def mirrored(right: Array) -> Array:
@@ -154,7 +148,7 @@ SECTIONS: dict[str, Callable[[Generator], Array]] = {
     "C": lipped_channel,
     "star": star,
 }
-"""The corners (C, 2) of an outline, by sort, in any size."""
+"""The corners (C, 2) of an outline, by sort, counter-clockwise, in any size."""
 
 
 def section(rng: Generator, sort: str) -> Array:
