@@ -531,6 +531,7 @@ CASE_SETS: dict[str, CaseSet] = {
         120,
         1200,
         bowed,
+        own=True,
     ),
     "cone-arcs": CaseSet(
         Description(
@@ -549,6 +550,7 @@ CASE_SETS: dict[str, CaseSet] = {
         60,
         600,
         cone_arc,
+        own=True,
     ),
     "sections": CaseSet(
         Description(
