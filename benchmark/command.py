@@ -15,6 +15,7 @@ from benchmark.methods import METHODS, PEERS
 from benchmark.options import make_parser
 from benchmark.proofs import PROOFS
 from benchmark.proofs.records import Key, ProofRecord, ProofsFile, prove_all
+from benchmark.real import MANIFEST, REAL, RealError, RealFolder, is_there
 from benchmark.records import Record, RecordsFile
 from benchmark.report import MissingMatplotlibError, NoRecordsError, write
 from benchmark.report.added import draw_added
@@ -31,6 +32,9 @@ from synthetic import RECIPES
 DEFAULT_METHOD = next(iter(METHODS))
 BAD_INPUT, INTERRUPTED = 2, 130
 
+EXPECTED = (MethodError, ServiceError, TrackError, RealError, NoRecordsError, MissingMatplotlibError)
+"""What ends the command with a sentence."""
+
 
 def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
     """The command with these arguments; returns its exit status."""
@@ -42,7 +46,7 @@ def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench"
         return BAD_INPUT
     try:
         return int(options.action(options))
-    except (MethodError, ServiceError, TrackError, NoRecordsError, MissingMatplotlibError, OSError) as error:
+    except (*EXPECTED, OSError) as error:
         print(f"{program}: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
@@ -102,12 +106,14 @@ def drawing_action(options: argparse.Namespace) -> int:
 
 
 def run_action(options: argparse.Namespace) -> int:
+    console = Console(highlight=False)
+    if options.real and not is_there(options.real):
+        console.print(f"left out: {options.real} holds no {MANIFEST}, so there are no real segments")
     works = plan(options)
     named = options.method or [DEFAULT_METHOD]
     names = list(dict.fromkeys([*named, *(PEERS if options.peers else [])]))
     options.out.mkdir(parents=True, exist_ok=True)
     file = RecordsFile(options.out)
-    console = Console(highlight=False)
     python = options.python or interpreter(any(name in PEERS for name in names))
     with Child(python, options.out / "methods.log") as child:
         methods = usable(introduce(child, names), named, console)
@@ -123,8 +129,8 @@ def run_action(options: argparse.Namespace) -> int:
 
 
 def plan(options: argparse.Namespace) -> list[Work]:
-    """The cases that are asked for; raises `TrackError`."""
-    names = options.set or ([] if options.shrec22 else CASE_SETS)
+    """The cases that are asked for; raises `TrackError` and `RealError`."""
+    names = options.set or ([] if options.shrec22 or options.real else CASE_SETS)
     works = []
     for name, chosen in CASE_SETS.items():
         if name in names:
@@ -134,6 +140,9 @@ def plan(options: argparse.Namespace) -> list[Work]:
     if options.shrec22:
         folder = TrackFolder(options.shrec22)
         works.append(Work(TRACK, folder.fingerprint, folder.names[: options.n], folder.case))
+    if options.real and is_there(options.real):
+        real = RealFolder(options.real)
+        works.append(Work(REAL, real.fingerprint, real.names[: options.n], real.case))
     return works
 
 

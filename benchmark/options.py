@@ -36,6 +36,7 @@ def make_parser(
   {program} run                       primfit on small sets, a few minutes
   {program} run --set shrec --n 500 --seed 7 --method primfit --method primfit-knn
   {program} run --shrec22 DIR         a folder in the layout of the SHREC 2022 track
+  {program} run --real DIR            segments of real scans, with a manifest of their kinds
   {program} run --full --peers        everything, a few hours; goes on where it was cut off
   {program} report                    tables and pictures from the records
   {program} service                   what a request to the service takes more than the fit alone
@@ -74,6 +75,7 @@ def _add_run(actions: Any) -> argparse.ArgumentParser:
     add = parser.add_argument
     add("--set", action="append", choices=CASE_SETS, metavar="NAME", help="a set (repeatable; default: all)")
     add("--shrec22", type=Path, metavar="DIR", help="a folder in the layout of the SHREC 2022 track")
+    add("--real", type=Path, metavar="DIR", help="a folder of segments of real scans with a manifest.csv")
     add("--method", action="append", choices=METHODS, metavar="NAME", help="a method (repeatable)")
     add("--peers", action="store_true", help="all methods of others that are installed, too")
     sizes = parser.add_mutually_exclusive_group()

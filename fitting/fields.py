@@ -13,7 +13,6 @@ MacKay, "Information theory, inference, and learning algorithms", 2003, chapter 
 Cressie, "Statistics for spatial data", 1993, section 2.3.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Self
 
@@ -28,7 +27,7 @@ ROUGH_RANGES = (0.1, 0.3, 1.0)
 """Sizes of the rough field, over the white noise, and its ranges, over the extent: from what is hardly seen in
 a patch to all of the noise, from a patch to the whole cloud."""
 
-SMOOTH = (1.0, 10.0)
+SMOOTH = (1.0, 3.0, 10.0, 30.0)
 SMOOTH_RANGES = (0.3, 2.0)
 """The same of the smooth one: waves and bulges of a third of the cloud, and bows of all of it."""
 
@@ -130,37 +129,61 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     that it moves the surface by itself, may move it by `PRIOR` extents in the mean square.
     """
     whitened = _whitened(patched.jacobian)
-    target = np.asfortranarray(np.column_stack([patched.mean, whitened]))
-    white = np.diag(1.0 / patched.count)
-    fields, roots, sums = [], [], []
-    for field, covariance in _fields(patched.apart):
-        root, failed = dpotrf(white if covariance is None else white + covariance, lower=1, clean=0)
-        if failed:
-            continue
-        solved = dtrsm(1.0, root, target, lower=1)
-        fields.append(field)
-        roots.append(float(np.log(root.diagonal()).sum()))
-        sums.append(solved.T @ solved)
-    squares, field = np.array(sums), np.array(fields)
     n, dof = whitened.shape
-    left = np.maximum(squares[:, 0, 0] - _explained(squares), 0.0) + patched.spare * patched.scatter**2
+    target = np.asfortranarray(np.column_stack([patched.mean, whitened]))
+    fields, roots, solved = [], [], []
+    for field in _fields(patched.apart):
+        root, failed = dpotrf(np.diag(1.0 / patched.count) + field.covariance, lower=1, clean=0)
+        if not failed:
+            fields.append(field)
+            roots.append(root)
+            solved.append(dtrsm(1.0, root, target, lower=1))
+    columns = np.array(solved)
+    normal = columns[:, :, 1:].transpose(0, 2, 1) @ columns[:, :, 1:]
+    pull = columns[:, :, 1:].transpose(0, 2, 1) @ columns[:, :, :1]
+    damping = 1e-10 * np.trace(normal, axis1=1, axis2=2)[:, None, None] / max(dof, 1) * np.eye(dof)
+    rest = (columns[:, :, :1] - columns[:, :, 1:] @ np.linalg.solve(normal + damping, pull))[:, :, 0]
     free = n + patched.spare
+    left = np.sum(rest**2, axis=1) + patched.spare * patched.scatter**2
     variance = np.maximum(left / max(free - dof, 1.0), least**2)
-    steps = np.eye(dof) + (PRIOR * extent) ** 2 * squares[:, 1:, 1:] / variance[:, None, None]
-    evidence = -0.5 * (free * np.log(2.0 * np.pi * variance) + left / variance) - np.array(roots)
+    volume = np.array([np.log(root.diagonal()).sum() for root in roots])
+    steps = np.eye(dof) + (PRIOR * extent) ** 2 * normal / variance[:, None, None]
+    evidence = -0.5 * (free * np.log(2.0 * np.pi * variance) + left / variance) - volume
+    evidence -= 0.5 * np.linalg.slogdet(steps)[1]
     scale = np.sqrt(variance)
-    logs = evidence - 0.5 * np.linalg.slogdet(steps)[1]
-    remaining = {0.0: 0.0} | {span: _remaining(bell(patched.apart, span), whitened) for span in SMOOTH_RANGES}
-    left_over = np.array([remaining[span] for span in field[:, 3]])
+    taken = np.linalg.qr(whitened)[0]
     return Explanations(
-        logs,
+        evidence,
         scale,
-        field[:, 0] * scale,
-        field[:, 1],
-        field[:, 2] * scale * left_over,
-        field[:, 3],
-        _unexplained(patched, dof, log_mean(logs), extent),
+        scale * np.array([field.rough for field in fields]),
+        np.array([field.rough_range for field in fields]),
+        np.array([_seen(*each, taken) for each in zip(fields, roots, rest, strict=True)]),
+        np.array([field.smooth_range for field in fields]),
+        _unexplained(patched, dof, log_mean(evidence), extent),
     )
+
+
+def _seen(field: "_Field", root: Array, rest: Array, taken: Array) -> float:
+    """Size of the smooth deviation that residuals show, beside what steps of the parameters take of it.
+
+    Its most likely course, root mean square over the patches, from the residuals `rest` (P,) whitened by `root`.
+    """
+    if field.bell is None:
+        return 0.0
+    course = field.smooth**2 * (field.bell @ dtrsm(1.0, root, rest[:, None], lower=1, trans_a=1)[:, 0])
+    return float(np.sqrt(np.mean((course - taken @ (taken.T @ course)) ** 2)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Field:
+    """A pair of fields: sizes over the white noise, ranges over the extent, and their covariance (P, P)."""
+
+    rough: float
+    rough_range: float
+    smooth: float
+    smooth_range: float
+    covariance: Array
+    bell: Array | None
 
 
 def _unexplained(patched: Patched, dof: int, found: float, extent: float) -> float | None:
@@ -173,39 +196,24 @@ def _unexplained(patched: Patched, dof: int, found: float, extent: float) -> flo
     return float(ideal - occam - found)
 
 
-def bell(apart: Array, span: float) -> Array:
-    return np.exp(-0.5 * (apart / span) ** 2)
-
-
-def _fields(apart: Array) -> Iterator[tuple[tuple[float, float, float, float], Array | None]]:
-    """Size and range of the rough and the smooth field, with their covariance over that of the white noise."""
-    rough = [(size, span, size**2 * np.exp(-apart / span)) for span in ROUGH_RANGES for size in ROUGH]
-    smooth = [(size, span, size**2 * bell(apart, span)) for span in SMOOTH_RANGES for size in SMOOTH]
-    yield (0.0, 0.0, 0.0, 0.0), None
-    for size, span, covariance in rough:
-        yield (size, span, 0.0, 0.0), covariance
-    for size, span, covariance in smooth:
-        yield (0.0, 0.0, size, span), covariance
-        for other, reach, beside in rough:
-            yield (other, reach, size, span), covariance + beside
+def _fields(apart: Array) -> list[_Field]:
+    """None, the rough ones, the smooth ones, and each of both."""
+    nothing = np.zeros_like(apart)
+    rough = [(0.0, 0.0, nothing)]
+    rough += [(size, span, size**2 * np.exp(-apart / span)) for span in ROUGH_RANGES for size in ROUGH]
+    bells = [(span, np.exp(-0.5 * (apart / span) ** 2)) for span in SMOOTH_RANGES]
+    found = [_Field(size, span, 0.0, 0.0, covariance, None) for size, span, covariance in rough]
+    for reach, bell in bells:
+        for height in SMOOTH:
+            smooth = height**2 * bell
+            found += [
+                _Field(size, span, height, reach, covariance + smooth, bell)
+                for size, span, covariance in rough
+            ]
+    return found
 
 
 def _whitened(jacobian: Array) -> Array:
     """The derivatives in directions that move the surface independently, each by 1 in the mean square."""
     sizes, vectors = np.linalg.eigh(jacobian.T @ jacobian / len(jacobian))
     return np.asarray(jacobian @ (vectors / np.sqrt(np.maximum(sizes, 1e-12 * max(sizes.max(), 1e-300)))))
-
-
-def _explained(squares: Array) -> Array:
-    """What a step of the parameters takes off the weighted sum of squares, (T,)."""
-    normal, pull = squares[:, 1:, 1:], squares[:, 1:, :1]
-    dof = normal.shape[1]
-    damped = normal + 1e-10 * np.trace(normal, axis1=1, axis2=2)[:, None, None] / dof * np.eye(dof)
-    return np.sum(pull * np.linalg.solve(damped, pull), axis=(1, 2))
-
-
-def _remaining(covariance: Array, jacobian: Array) -> float:
-    """Root mean square of a field of variance 1 when the parameters have taken their part."""
-    taken = np.linalg.qr(jacobian)[0]
-    rest = np.trace(covariance) - np.trace(taken.T @ covariance @ taken)
-    return float(np.sqrt(max(rest, 0.0) / len(covariance)))

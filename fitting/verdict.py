@@ -127,7 +127,10 @@ def claim(
         mask = bearable(evidence.explained, cloud.extent, question.tolerance)
         odds = evidence.explained.among(mask)
         foreign = evidence.explained.among(~mask) + evidence.beside + prior_of(0.0)
-    refusal = _impossible(evidence, len(cloud.working), question.only)
+    odds += evidence.beside + prior
+    refusal = _too_few(evidence, len(cloud.working), question.only)
+    if not refusal and (refusal := _several(evidence, len(cloud.working))):
+        foreign = max(foreign, odds)
     words = _words(evidence, cloud)
     settled = bool(evidence.exact.all() or evidence.exact_share >= EXACT)
     if question.max_error is not None:
@@ -138,31 +141,36 @@ def claim(
         refusal = ("" if question.counts_all else refusal) or ("" if settled else words)
         foreign = -np.inf
     elif question.only and question.counts_all:
-        words = f"the only kind allowed; {refusal or words}"
-        refusal, foreign = "", -np.inf
+        words, refusal, foreign, settled = f"the only kind allowed; {refusal or words}", "", -np.inf, True
     elif not refusal and evidence.exact.any() and not settled:
         if evidence.noise_scale > 2.0 * SCATTER * cloud.extent:
             refusal = f"{words}, which is no surface"
-    return Claim(evidence, prior, refusal, settled, odds + evidence.beside + prior, foreign, words)
+    return Claim(evidence, prior, refusal, settled, odds, foreign, words)
 
 
-def _impossible(evidence: Evidence, n_points: int, only: bool) -> str:
-    """Why a surface can't be what the cloud is, or nothing."""
-    if n_points == evidence.free and not only:
+def _too_few(evidence: Evidence, n_points: int, only: bool) -> str:
+    """Why the points are too few to tell, or nothing."""
+    if only:
+        return ""
+    if n_points == evidence.free:
         return f"{n_points} points determine it exactly and leave none to check it with"
+    if not evidence.exact.any() and n_points < 2 * evidence.free:
+        return f"{n_points} points that do not lie on it are too few to check it with"
+    return ""
+
+
+def _several(evidence: Evidence, n_points: int) -> str:
+    """Why the cloud is more than this surface, or nothing."""
     share, least = evidence.inlier_share, min(NEAR + evidence.free / n_points, 1.0)
     if share < least:
         return f"only {share:.0%} of the points are near it (at least {least:.0%})"
     second, rejected = evidence.second_surface, 1.0 - share
     if second > SECOND:
-        return f"{second:.0%} of the points are far from it and form a surface of their own (at most {SECOND:.0%})"
+        far = f"{second:.0%} of the points are far from it and form a surface of their own"
+        return f"{far} (at most {SECOND:.0%})"
     if rejected > MANY_REJECTED and second > FLAT_REJECTED * rejected:
         flat = second / rejected
-        return (
-            f"{rejected:.0%} of the points are far from it, of which {flat:.0%} form a surface of their own"
-        )
-    if not evidence.exact.any() and n_points < 2 * evidence.free and not only:
-        return f"{n_points} points that do not lie on it are too few to check it with"
+        return f"{rejected:.0%} of the points are far from it, of which {flat:.0%} form a surface of their own"
     return ""
 
 
@@ -220,7 +228,7 @@ def decide(claims: list[Claim], cloud: Cloud, tolerance: float) -> Decision:
     best = best_of(possible)
     same = [each for each in possible if tolerance and _agree(each, best, cloud, tolerance)]
     best = min(same, key=lambda each: each.dof, default=best)
-    if _foreign_odds(best, possible, cloud, tolerance) > best.odds:
+    if _foreign_odds(best, claims, cloud, tolerance) > best.odds:
         return Decision("no_fit", best, (), f"{best.words}: another shape is likelier")
     rivals = [
         each
@@ -242,7 +250,7 @@ def _foreign_odds(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: flo
     Beside what each kind's patches say of another shape near it, whether the points deviate smoothly from the
     best kind around it or along it.
     """
-    if best.foreign == -np.inf:
+    if best.settled or best.evidence.exact.any():
         return -np.inf
     found = [each.foreign for each in claims]
     for explained in best.evidence.along_its_own(cloud):
