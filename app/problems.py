@@ -37,7 +37,8 @@ _WORDS = {
     "union_tag_not_found": "kind is missing",
     "union_tag_invalid": f"kind is unknown; allowed are {', '.join(get_args(KindName.__value__))}",
 }
-_OUT_OF_RANGE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
+# By the names that pydantic has for limits.
+_OUT_OF_RANGE = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
 # 20 errors of these lengths, every character escaped, fit into 16 KiB with the rest.
 _FIELD_LENGTH, _VALUE_LENGTH, _MESSAGE_LENGTH, _DETAIL_LENGTH = 80, 60, 200, 400
 
@@ -207,16 +208,17 @@ def option_errors(error: ValidationError, prefix: str, allowed: Sequence[str]) -
             _what_is_wrong(found, allowed),
             describe(found["input"]),
         )
-        for found in error.errors(include_url=False, include_context=False)
+        for found in error.errors(include_url=False)
     ]
 
 
 def _what_is_wrong(found: ErrorDetails, allowed: Sequence[str]) -> str:
     if found["type"] == "extra_forbidden" and len(found["loc"]) == 1:
         return f"unknown option; allowed are {', '.join(allowed)}"
-    if found["type"] in _OUT_OF_RANGE:
-        limit = found["msg"].replace("Input", "it", 1)
-        return f"{found['loc'][-1]} is {float(found['input']):g}; {limit}"
+    for name, limit in found.get("ctx", {}).items():
+        if name in _OUT_OF_RANGE:
+            held = f"it must be {_OUT_OF_RANGE[name]} {str(limit).removesuffix('.0')}"
+            return f"{found['loc'][-1]} is {float(found['input']):g}; {held}"
     return _WORDS.get(found["type"], found["msg"])
 
 

@@ -61,7 +61,7 @@ def _attempts(attempts: list[Mapping[str, Any]]) -> Table:
         table.add_row(
             attempt["kind"],
             "-" if probability is None else f"{probability:.3f}",
-            "-" if evidence is None else f"{evidence:.1f}",
+            "-" if evidence is None else f"{evidence:z.1f}",
             "-" if error is None else f"{error['mean']:.3g}",
             Text(outcome, COLOR[outcome]),
             attempt["reason"],

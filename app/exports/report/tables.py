@@ -168,7 +168,7 @@ def attempts_table(recognition: Recognition) -> Markup:
         (
             attempt.kind,
             cell("-" if attempt.probability is None else f"{attempt.probability:.3f}"),
-            cell("-" if attempt.evidence is None else f"{attempt.evidence:.1f}"),
+            cell("-" if attempt.evidence is None else f"{attempt.evidence:z.1f}"),
             cell("-" if attempt.error is None else short(attempt.error.mean)),
             element("td", element("span", attempt.outcome, class_=attempt.outcome)),
             attempt.reason,
