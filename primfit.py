@@ -21,7 +21,7 @@ from fitting.form import Form
 from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
 from fitting.recognize import recognize
 from fitting.residuals import Residuals
-from fitting.result import Attempt, ErrorSummary, NoiseSummary, Recognition
+from fitting.result import Alternative, Attempt, Deviation, ErrorSummary, NoiseSummary, Recognition
 
 if TYPE_CHECKING:
     from app.estimator import PrimitiveFitter
@@ -30,11 +30,13 @@ __version__ = version("primfit")
 
 __all__ = [
     "KINDS",
+    "Alternative",
     "Attempt",
     "Cone",
     "Config",
     "Constraints",
     "Cylinder",
+    "Deviation",
     "ErrorSummary",
     "Form",
     "InvalidOptionError",

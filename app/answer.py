@@ -51,6 +51,7 @@ def receipt(cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
             "classifier": classifier,
             "criterion": options.get("criterion", "robust"),
             "max_error": options.get("max_error"),
+            "tolerance": options.get("tolerance"),
             "seed": options.get("seed", 0),
             "constraints": None if constraints is None else Constraints.of(constraints).plain(),
             "initial_guess": None if guess is None else parameters(guess_of(guess)),

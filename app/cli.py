@@ -68,6 +68,13 @@ MaxError = Annotated[
         "by default it follows from the noise of the cloud."
     ),
 ]
+Tolerance = Annotated[
+    float | None,
+    typer.Option(
+        help="What counts as no deviation, in the unit of the cloud: kinds that agree within it are equal, "
+        "and the simplest is answered; a smooth deviation within it never leads to 'no_fit'. By default none."
+    ),
+]
 Constraint = Annotated[
     list[str] | None,
     typer.Option(
@@ -133,6 +140,7 @@ def fit(
     classifier: Classifier = None,
     criterion: Criterion = None,
     max_error: MaxError = None,
+    tolerance: Tolerance = None,
     seed: Seed = None,
     constraint: Constraint = None,
     initial_guess: InitialGuess = None,
@@ -179,7 +187,7 @@ def fit(
     from app.files import Problem
     from app.render import render
 
-    options = _options(kind, classifier, criterion, max_error, seed, constraint, initial_guess)
+    options = _options(kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess)
     named = {"step": step, "glb": glb, "obj": obj, "stl": stl, "ply": ply_mesh, "csv": csv_row}
     named |= {"shrec22": shrec22, "residuals_npy": residuals_npy, "residuals_csv": residuals_csv}
     named |= {"residuals_ply": residuals_ply, "residuals_las": residuals_las, "form": form, "report": report}
@@ -279,6 +287,7 @@ def batch(
     classifier: Classifier = None,
     criterion: Criterion = None,
     max_error: MaxError = None,
+    tolerance: Tolerance = None,
     seed: Seed = None,
     constraint: Constraint = None,
     initial_guess: InitialGuess = None,
@@ -291,7 +300,7 @@ def batch(
     """
     from app.batch import SUFFIXES, CollisionError, plan, run
 
-    options = _options(kind, classifier, criterion, max_error, seed, constraint, initial_guess)
+    options = _options(kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess)
     try:
         targets = plan(inputs, out, format, labels)
     except CollisionError as error:
@@ -422,6 +431,7 @@ def _options(
     classifier: str | None,
     criterion: CriterionName | None,
     max_error: float | None,
+    tolerance: float | None,
     seed: int | None,
     constraint: list[str] | None,
     initial_guess: str | None,
@@ -430,8 +440,9 @@ def _options(
     from app.constraint_flags import parse_constraints
     from app.engine import InvalidOptionError, config_of
 
-    given = {"classifier": classifier, "criterion": criterion, "max_error": max_error, "seed": seed}
-    options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    given: dict[str, Any] = {"classifier": classifier, "criterion": criterion, "max_error": max_error}
+    given |= {"tolerance": tolerance, "seed": seed}
+    options = {name: value for name, value in given.items() if value is not None}
     if kind:
         options["kinds"] = list(dict.fromkeys(str(k) for k in kind))
     try:

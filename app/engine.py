@@ -26,6 +26,7 @@ def fit(
     classifier: str = "network",
     criterion: str = "robust",
     max_error: float | None = None,
+    tolerance: float | None = None,
     seed: int = 0,
     normals: ArrayLike | None = None,
     weights: ArrayLike | None = None,
@@ -45,6 +46,8 @@ def fit(
         `minimum_circumscribed` or `maximum_inscribed`; see `Config`
     max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share of
         the bounding-box diagonal; None derives the threshold from the cloud's own noise
+    tolerance : what counts as no deviation [length], or None. Kinds that agree within it over the cloud are
+        equal, and the simplest is answered; a smooth deviation within it never leads to `no_fit`
     seed : of every random choice; the same seed gives the same answer
     normals : (N, 3) unit normals with arbitrary signs, or None for those that `points` hold, or else to
         estimate them
@@ -63,7 +66,7 @@ def fit(
     InvalidOptionError
         An option is unknown or out of range.
     """
-    config = config_of(kinds, classifier, criterion, max_error, seed, constraints, initial_guess)
+    config = config_of(kinds, classifier, criterion, max_error, tolerance, seed, constraints, initial_guess)
     coordinates, held = as_cloud(points)
     return recognize(
         coordinates,
@@ -80,6 +83,7 @@ def config_of(
     classifier: str = "network",
     criterion: str = "robust",
     max_error: float | None = None,
+    tolerance: float | None = None,
     seed: int = 0,
     constraints: Mapping[str, Any] | None = None,
     initial_guess: Primitive | Mapping[str, Any] | None = None,
@@ -91,6 +95,7 @@ def config_of(
         kinds=KINDS if kinds is None else cast(tuple[str, ...], kinds),
         criterion=cast(Criterion, criterion),
         max_error=max_error,
+        tolerance=tolerance,
         seed=seed,
         constraints=UNCONSTRAINED if constraints is None else Constraints.of(constraints),
         initial_guess=guess_of(initial_guess) if isinstance(initial_guess, Mapping) else initial_guess,

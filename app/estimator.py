@@ -25,7 +25,7 @@ class PrimitiveFitter(OutlierMixin, BaseEstimator):
 
     Parameters
     ----------
-    kinds, classifier, criterion, max_error, seed, constraints, initial_guess : as in `primfit.fit`
+    kinds, classifier, criterion, max_error, tolerance, seed, constraints, initial_guess : as in `primfit.fit`
 
     Attributes
     ----------
@@ -58,6 +58,7 @@ class PrimitiveFitter(OutlierMixin, BaseEstimator):
         classifier: str = "network",
         criterion: str = "robust",
         max_error: float | None = None,
+        tolerance: float | None = None,
         seed: int = 0,
         constraints: Mapping[str, Any] | None = None,
         initial_guess: Primitive | Mapping[str, Any] | None = None,
@@ -66,6 +67,7 @@ class PrimitiveFitter(OutlierMixin, BaseEstimator):
         self.classifier = classifier
         self.criterion = criterion
         self.max_error = max_error
+        self.tolerance = tolerance
         self.seed = seed
         self.constraints = constraints
         self.initial_guess = initial_guess

@@ -1,6 +1,7 @@
 """Errors as problem documents (RFC 9457): one table from exceptions to statuses.
 
-Nothing of the input is repeated but the names of fields, and those are cut.
+Nothing of the input is repeated but the names of fields, which are cut, and options that are out of range,
+which are numbers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -9,6 +10,7 @@ from typing import Any, get_args
 
 import orjson
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
@@ -35,6 +37,8 @@ _WORDS = {
     "union_tag_not_found": "kind is missing",
     "union_tag_invalid": f"kind is unknown; allowed are {', '.join(get_args(KindName.__value__))}",
 }
+# By the names that pydantic has for limits.
+_OUT_OF_RANGE = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
 # 20 errors of these lengths, every character escaped, fit into 16 KiB with the rest.
 _FIELD_LENGTH, _VALUE_LENGTH, _MESSAGE_LENGTH, _DETAIL_LENGTH = 80, 60, 200, 400
 
@@ -201,13 +205,21 @@ def option_errors(error: ValidationError, prefix: str, allowed: Sequence[str]) -
     return [
         FieldError(
             _path(prefix, found["loc"]),
-            f"unknown option; allowed are {', '.join(allowed)}"
-            if found["type"] == "extra_forbidden" and len(found["loc"]) == 1
-            else _WORDS.get(found["type"], found["msg"]),
+            _what_is_wrong(found, allowed),
             describe(found["input"]),
         )
-        for found in error.errors(include_url=False, include_context=False)
+        for found in error.errors(include_url=False)
     ]
+
+
+def _what_is_wrong(found: ErrorDetails, allowed: Sequence[str]) -> str:
+    if found["type"] == "extra_forbidden" and len(found["loc"]) == 1:
+        return f"unknown option; allowed are {', '.join(allowed)}"
+    for name, limit in found.get("ctx", {}).items():
+        if name in _OUT_OF_RANGE:
+            held = f"it must be {_OUT_OF_RANGE[name]} {str(limit).removesuffix('.0')}"
+            return f"{found['loc'][-1]} is {float(found['input']):g}; {held}"
+    return _WORDS.get(found["type"], found["msg"])
 
 
 def _path(prefix: str, steps: Sequence[int | str]) -> str:

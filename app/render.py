@@ -51,14 +51,17 @@ def _attempts(attempts: list[Mapping[str, Any]]) -> Table:
     table = Table(box=None, header_style="dim", padding=(0, 2, 0, 0), pad_edge=False)
     table.add_column("tried", no_wrap=True)
     table.add_column("rank", justify="right", no_wrap=True)
+    table.add_column("evidence", justify="right", no_wrap=True)
     table.add_column("mean error", justify="right", no_wrap=True)
     table.add_column("outcome", no_wrap=True)
     table.add_column("why", ratio=1)
     for attempt in attempts:
-        probability, error, outcome = attempt["probability"], attempt["error"], attempt["outcome"]
+        probability, evidence, error = attempt["probability"], attempt["evidence"], attempt["error"]
+        outcome = attempt["outcome"]
         table.add_row(
             attempt["kind"],
             "-" if probability is None else f"{probability:.3f}",
+            "-" if evidence is None else f"{evidence:z.1f}",
             "-" if error is None else f"{error['mean']:.3g}",
             Text(outcome, COLOR[outcome]),
             attempt["reason"],

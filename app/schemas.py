@@ -12,6 +12,7 @@ from typing_extensions import TypeAliasType
 from app.readers.encoded import DtypeName
 from fitting.config import Criterion
 from fitting.uncertainty import Method, NoiseModelName
+from fitting.values import LARGEST
 from fitting.warnings import WarningCode
 
 KindName = TypeAliasType("KindName", Literal["plane", "sphere", "cylinder", "cone", "torus"])
@@ -246,6 +247,14 @@ class FitOptions(BaseModel):
         description="largest accepted mean distance of the points not rejected as outliers, as a share of "
         "the bounding-box diagonal; by default it follows from the noise of the cloud",
     )
+    tolerance: float | None = Field(
+        None,
+        gt=0,
+        le=LARGEST,
+        description="what counts as no deviation, in the unit of the points: kinds that agree within it over "
+        "the cloud are equal, and the simplest is answered; a smooth deviation within it never leads to "
+        "`no_fit`. By default none",
+    )
     seed: int = Field(0, ge=0, le=2**63 - 1, description="seed of every random choice, 0 by default")
     constraints: Constraints | None = Field(
         None, description="parameters that are fixed or bounded; in JSON only, not in a query"
@@ -322,7 +331,15 @@ class ErrorSummary(BaseModel):
     max: float
     zone: float = Field(description="largest less smallest signed distance: the form error")
     relative_mean: float = Field(description="mean over the diagonal of the bounding box")
+    inlier_rms: float = Field(description="rms of the points not rejected as outliers")
     inlier_share: float = Field(description="share of the points not rejected as outliers")
+
+
+class Deviation(BaseModel):
+    """A deviation that neighbouring points share, in the unit of the input."""
+
+    size: float = Field(description="rms of the deviation")
+    range: float = Field(description="distance over which points share it")
 
 
 class NoiseSummary(BaseModel):
@@ -333,6 +350,14 @@ class NoiseSummary(BaseModel):
     outlier_share: float = Field(description="share of the points that do not belong to the surface")
     quantisation_step: float | None = Field(
         description="step that the decimal coordinates differ by multiples of; null if there is none"
+    )
+    correlated: Deviation | None = Field(
+        description="the part of the noise that neighbouring points share, rough as sensors make it; null if "
+        "none was found"
+    )
+    smooth: Deviation | None = Field(
+        description="a smooth deviation of the points from the surface, as a bent part or a wrong shape has; "
+        "null if none was found"
     )
 
 
@@ -398,6 +423,16 @@ class Uncertainty(BaseModel):
     warnings: list[UncertaintyWarning]
 
 
+Evidence = Annotated[
+    float | None,
+    Field(
+        description="natural logarithm of the kind's probability over that of the likeliest kind: 0 for that "
+        "one, negative for the others; null if the kind was not weighed"
+    ),
+]
+_ITS_EXTENTS = "where it begins and ends; null if its points span no surface"
+
+
 class Attempt(BaseModel):
     """One kind that was tried."""
 
@@ -408,6 +443,51 @@ class Attempt(BaseModel):
     primitive: Primitive | None
     error: ErrorSummary | None
     noise: NoiseSummary | None
+    evidence: Evidence
+
+
+class AlternativeBase(BaseModel):
+    """What an alternative says beside its parameters, as the answer does of `primitive`."""
+
+    error: ErrorSummary
+    uncertainty: Uncertainty | None = Field(description="how well its parameters are known")
+    evidence: Evidence
+
+
+class PlaneAlternative(AlternativeBase, Plane):
+    """A plane that explains an ambiguous cloud, too."""
+
+    extents: PlaneExtents | None = Field(description=_ITS_EXTENTS)
+
+
+class SphereAlternative(AlternativeBase, Sphere):
+    """A sphere that explains an ambiguous cloud, too."""
+
+    extents: SphereExtents | None = Field(description=_ITS_EXTENTS)
+
+
+class CylinderAlternative(AlternativeBase, Cylinder):
+    """A cylinder that explains an ambiguous cloud, too."""
+
+    extents: CylinderExtents | None = Field(description=_ITS_EXTENTS)
+
+
+class ConeAlternative(AlternativeBase, Cone):
+    """A cone that explains an ambiguous cloud, too."""
+
+    extents: ConeExtents | None = Field(description=_ITS_EXTENTS)
+
+
+class TorusAlternative(AlternativeBase, Torus):
+    """A torus that explains an ambiguous cloud, too."""
+
+    extents: TorusExtents | None = Field(description=_ITS_EXTENTS)
+
+
+Alternative = Annotated[
+    PlaneAlternative | SphereAlternative | CylinderAlternative | ConeAlternative | TorusAlternative,
+    Field(discriminator="kind"),
+]
 
 
 class UsedOptions(BaseModel):
@@ -417,6 +497,7 @@ class UsedOptions(BaseModel):
     classifier: ClassifierName
     criterion: CriterionName
     max_error: float | None
+    tolerance: float | None
     seed: int
     constraints: Constraints | None
     initial_guess: Primitive | None
@@ -452,7 +533,10 @@ class FitAnswer(BaseModel):
         description="`ambiguous`: `alternatives` explain it as well; `no_fit`: nothing is good enough"
     )
     primitive: Primitive | None
-    alternatives: list[Primitive]
+    alternatives: list[Alternative] = Field(
+        description="the other kinds that explain an `ambiguous` cloud, the likelier first: of each its "
+        "parameters, error, extents, uncertainty and evidence"
+    )
     message: str
     extents: Extents | None = Field(
         description="where `primitive` begins and ends; null without one, or if its points span no surface"

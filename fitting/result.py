@@ -44,7 +44,7 @@ class ErrorSummary:
 
 @dataclass(frozen=True)
 class Deviation:
-    """A deviation that neighbouring points share [length]: its size (rms) and the distance over which it holds."""
+    """A deviation that neighbouring points share [length]: its rms, and the distance over which it holds."""
 
     size: float
     range: float
@@ -64,8 +64,8 @@ class NoiseSummary:
     quantisation_step : step that the decimal coordinates differ by multiples of, None where there is none
     correlated : the part of the noise that neighbours share, rough as sensors make it; None where it does not
         show
-    smooth : a smooth deviation of the cloud from the surface, as a bowed part or a wrong shape has; None where
-        it does not show
+    smooth : a smooth deviation of the cloud from the surface, as a bowed part or a wrong shape has; None
+        where it does not show
     """
 
     scale: float

@@ -12,6 +12,9 @@ Row = tuple[str, str]
 SYMMETRIC = 0.05
 """Relative difference of the two halves of an interval up to which it is shown as one half-width."""
 
+BESIDE = ("error", "extents", "uncertainty", "evidence")
+"""What stands beside the parameters of an alternative."""
+
 _LABEL_WIDTH = 14
 _COLUMN = 16
 
@@ -30,7 +33,7 @@ def sections(answer: Mapping[str, Any]) -> list[list[Row]]:
     if answer["primitive"] is not None:
         label = "best try" if answer["status"] == "no_fit" else "kind"
         groups.append(list(_parameters(answer["primitive"], label, known)))
-    groups += [list(_parameters(other, "or", None)) for other in answer["alternatives"]]
+    groups += [list(_alternative(other)) for other in answer["alternatives"]]
     if answer["extents"] is not None:
         groups.append(_extents(answer["extents"]))
     if known is not None and known["warnings"]:
@@ -41,6 +44,15 @@ def sections(answer: Mapping[str, Any]) -> list[list[Row]]:
         effects = answer["active_constraints"].items()
         groups.append(_labelled("constraints", [f"{worded(name)}: {effect}" for name, effect in effects]))
     return groups
+
+
+def _alternative(other: Mapping[str, Any]) -> Iterator[Row]:
+    """Its kind and parameters as those of the primitive, its distances, and what to beware of."""
+    primitive = {name: value for name, value in other.items() if name not in BESIDE}
+    yield from _parameters(primitive, "or", other["uncertainty"])
+    yield from _distances(other["error"])
+    for warning in (other["uncertainty"] or {"warnings": []})["warnings"]:
+        yield "warning", warning["message"]
 
 
 def _labelled(label: str, texts: list[str]) -> list[Row]:
@@ -141,15 +153,35 @@ _SHAPES: dict[str, Callable[[Mapping[str, Any]], list[str]]] = {
 }
 
 
-def _error(error: Mapping[str, float], noise: Mapping[str, float | None]) -> list[Row]:
+def _distances(error: Mapping[str, float]) -> list[Row]:
+    """Of all points, and of the inliers."""
+    every = "  ".join(f"{name} {error[key]:.3g}" for name, key in _LENGTHS)
+    return [("error", every), ("", f"rms of the inliers {error['inlier_rms']:.3g}")]
+
+
+def _error(error: Mapping[str, float], noise: Mapping[str, Any]) -> list[Row]:
     shares = (f"{name} {noise[f'{name}_share']:.1%}" for name in ("exact", "outlier"))
     step = noise["quantisation_step"]
     return [
-        ("error", "  ".join(f"{name} {error[key]:.3g}" for name, key in _LENGTHS)),
+        *_distances(error),
         ("", f"mean over the bounding-box diagonal {error['relative_mean']:.3g}"),
         ("points", "  ".join((f"inlier {error['inlier_share']:.1%}", *shares))),
         ("noise", f"{noise['scale']:.3g}" + (f"  coordinates in steps of {step:g}" if step else "")),
+        *(("", text) for text in _deviations(noise)),
     ]
+
+
+def _deviations(noise: Mapping[str, Any]) -> Iterator[str]:
+    """What neighbouring points have in common, in words."""
+    for name, said in _SHARED.items():
+        if (found := noise[name]) is not None:
+            yield f"{said} {found['size']:.3g} over {found['range']:.3g}"
+
+
+_SHARED = {
+    "correlated": "neighbouring points share a deviation of",
+    "smooth": "the points deviate smoothly from the surface, by",
+}
 
 
 _LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95 %", "p95"), ("max", "max"), ("zone", "zone"))

@@ -9,6 +9,7 @@ from app.exports.fitted import Fitted
 from app.exports.options import ExportOptions
 from app.shrec22 import prediction
 from fitting.primitives import parameters
+from fitting.result import NoiseSummary
 
 
 def csv(fitted: Fitted, options: ExportOptions) -> bytes:
@@ -22,12 +23,23 @@ def csv(fitted: Fitted, options: ExportOptions) -> bytes:
         else:
             row[name] = value
     row |= asdict(recognition.error)
-    row |= {f"noise_{name}": value for name, value in asdict(recognition.noise).items()}
+    row |= _noise(recognition.noise)
     stream = StringIO()
     writer = rows.DictWriter(stream, list(row))
     writer.writeheader()
     writer.writerow(row)
     return stream.getvalue().encode()
+
+
+def _noise(noise: NoiseSummary) -> dict[str, float | None]:
+    """A column for each number; the size and the range of a deviation that was not found are empty."""
+    columns: dict[str, float | None] = {}
+    for name, value in asdict(noise).items():
+        if name in ("correlated", "smooth"):
+            columns |= {f"noise_{name}_{of}": value and value[of] for of in ("size", "range")}
+        else:
+            columns[f"noise_{name}"] = value
+    return columns
 
 
 def shrec22(fitted: Fitted, options: ExportOptions) -> bytes:

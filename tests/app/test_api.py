@@ -85,7 +85,7 @@ def test_the_body_is_the_one_of_the_library_byte_for_byte_on_every_worker(servic
 @pytest.mark.parametrize("where", ["query", "body", "upload"])
 def test_options_act_wherever_they_stand(service: Any, where: str) -> None:
     options = {"kinds": ["sphere", "plane"], "classifier": "none", "criterion": "least_squares"}
-    options |= {"max_error": 0.25, "seed": 12}
+    options |= {"max_error": 0.25, "tolerance": 0.5, "seed": 12}
     if where == "query":
         response = service.post(CSV, "text/csv", **options)
     elif where == "body":
@@ -120,6 +120,10 @@ BAD_OPTIONS: dict[str, tuple[dict[str, Any], str]] = {
     "max_error above one": ({"max_error": 1.5}, "options.max_error"),
     "max_error as string": ({"max_error": "0.1"}, "options.max_error"),
     "max_error as boolean": ({"max_error": True}, "options.max_error"),
+    "tolerance zero": ({"tolerance": 0}, "options.tolerance"),
+    "tolerance negative": ({"tolerance": -1.0}, "options.tolerance"),
+    "tolerance beyond all lengths": ({"tolerance": 1e101}, "options.tolerance"),
+    "tolerance as string": ({"tolerance": "0.1 mm"}, "options.tolerance"),
     "seed negative": ({"seed": -1}, "options.seed"),
     "seed beyond 64 bits": ({"seed": 2**63}, "options.seed"),
     "seed with a fraction": ({"seed": 1.5}, "options.seed"),
@@ -142,6 +146,9 @@ def test_bad_options_are_named(service: Any, options: dict[str, Any], field: str
         ("seed=one", "seed"),
         ("seed=1&seed=2", "seed"),
         ("max_error=nan", "max_error"),
+        ("tolerance=nan", "tolerance"),
+        ("tolerance=1&tolerance=2", "tolerance"),
+        (f"seed={'1' * 400}", "seed"),
         (f"seed={'1' * 5000}", "seed"),
     ],
 )
@@ -176,7 +183,7 @@ def test_every_bad_option_is_counted(service: Any) -> None:
 def test_unknown_options_are_told_what_is_allowed(service: Any) -> None:
     response = service.client.post("/fit", json={**SMALL, "options": {"colour": 1}})
     message = _problem(response, 422, "invalid-options")["errors"][0]["message"]
-    assert "kinds, classifier, criterion, max_error, seed" in message
+    assert "kinds, classifier, criterion, max_error, tolerance, seed" in message
 
 
 CLOUDS: dict[str, list[list[float]]] = {

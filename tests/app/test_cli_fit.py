@@ -61,7 +61,8 @@ def test_json_is_one_object_a_line_and_nothing_else(clouds: Path) -> None:
 def test_options_arrive(clouds: Path) -> None:
     result = run(
         *("fit", "--json", "--kind", "sphere", "--kind", "plane", "--classifier", "none"),
-        *("--criterion", "least_squares", "--max-error", "1e-6", "--seed", "7", clouds / "cylinder.csv"),
+        *("--criterion", "least_squares", "--max-error", "1e-6", "--tolerance", "0.5"),
+        *("--seed", "7", clouds / "cylinder.csv"),
     )
     body = json.loads(result.stdout)
     assert body["receipt"]["options"] == {
@@ -69,6 +70,7 @@ def test_options_arrive(clouds: Path) -> None:
         "classifier": "none",
         "criterion": "least_squares",
         "max_error": 1e-6,
+        "tolerance": 0.5,
         "seed": 7,
         "constraints": None,
         "initial_guess": None,
@@ -89,7 +91,8 @@ def test_a_request_in_json_is_answered_as_the_service_would(tmp_path: Path) -> N
     file = tmp_path / "request.json"
     file.write_text(json.dumps(body))
     used = json.loads(run("fit", "--json", "--classifier", "none", file).stdout)["receipt"]["options"]
-    defaults = {"criterion": "robust", "max_error": None, "constraints": None, "initial_guess": None}
+    defaults = {"criterion": "robust", "constraints": None, "initial_guess": None}
+    defaults |= {"max_error": None, "tolerance": None}
     assert used == {**defaults, "classifier": "none"} | options
     twice = run("fit", "--json", "--seed", "4", file)
     assert twice.exit_code == 2 and "options.seed: given in two places; keep one" in twice.stderr
@@ -137,6 +140,7 @@ def test_standard_input(clouds: Path) -> None:
     ("option", "value", "said"),
     [
         ("--max-error", "-1", "max_error"),
+        ("--tolerance", "-1", "tolerance is -1"),
         ("--seed", "-1", "seed"),
         ("--kind", "cube", "cube"),
         ("--classifier", "oracle", "oracle"),
@@ -161,11 +165,15 @@ def test_render_covers_every_status() -> None:
     sphere = {"kind": "sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}
     cone = {"kind": "cone", "apex": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "half_angle": np.pi / 6}
     receipt = {"n_points": 6, "format": "csv", "columns": ["x", "y", "z"]}
+    lengths = dict.fromkeys(("rms", "mean", "p95", "max", "zone", "inlier_rms"), 0.1)
+    cone |= {"error": lengths, "extents": None, "uncertainty": None, "evidence": -0.5}
     failed = {"kind": "cone", "probability": None, "outcome": "failed", "reason": "too few", "error": None}
+    failed |= {"evidence": None}
     body = {"primitive": sphere, "alternatives": [cone], "message": "both", "error": None, "receipt": receipt}
     body |= {"active_constraints": {"radius": "fixed at 2.0"}, "extents": None, "uncertainty": None}
     ambiguous = _text(body | {"status": "ambiguous", "attempts": []})
-    assert "ambiguous  both" in ambiguous and "or" in ambiguous in ambiguous and "30 degrees" in ambiguous
+    assert "ambiguous  both" in ambiguous and "or" in ambiguous and "30 degrees" in ambiguous
+    assert "rms of the inliers 0.1" in ambiguous and "evidence" in ambiguous
     nothing = body | {"status": "no_fit", "primitive": None, "alternatives": [], "attempts": [failed]}
     assert "no fit" in _text(nothing) and "too few" in _text(nothing)
 

@@ -4,8 +4,6 @@ import base64
 import importlib
 import io
 import json
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from importlib.metadata import version
@@ -16,8 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.answer import answer, to_json
 from app.engine import fit
+from app.readers import read
+from tests.app.generating import generated_client
 from tests.app.serving import ALICE
+from tests.fitting.by_hand import ambiguous
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
@@ -33,18 +35,9 @@ NAME = "generated_primfit_client"
 @pytest.fixture(scope="module")
 def generated(service: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
     """The generated package, imported."""
-    directory = tmp_path_factory.mktemp("client")
-    document = directory / "openapi.json"
-    document.write_bytes(service.client.get("/openapi.json").content)
-    config = directory / "config.yaml"
-    config.write_text("post_hooks: []\n")
-    command = [sys.executable, "-m", "openapi_python_client", "generate", "--meta", "none"]
-    command += ["--path", str(document), "--config", str(config), "--output-path", str(directory / NAME)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    sys.path.insert(0, str(directory))
-    yield importlib.import_module(NAME)
-    sys.path.remove(str(directory))
+    document = service.client.get("/openapi.json").content
+    with generated_client(document, NAME, tmp_path_factory.mktemp("client")) as package:
+        yield package
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +99,28 @@ def test_a_raw_body_is_posted_with_options_in_the_query(client: Any) -> None:
     )
     assert isinstance(answer.primitive, models.Sphere)
     assert answer.receipt.options.max_error == 0.5
+
+
+def test_a_tolerance_is_sent_in_the_query_and_in_the_body(client: Any) -> None:
+    models, operation = _part("models"), _part("api.fitting.fit")
+    request = models.FitRequest(points=SMALL["points"])
+    assert operation.sync(client=client, body=request, tolerance=0.25).receipt.options.tolerance == 0.25
+    request.options = models.FitOptions(tolerance=0.5)
+    answer = operation.sync(client=client, body=request)
+    assert answer.receipt.options.tolerance == 0.5
+    assert answer.error.inlier_rms > 0.0
+
+
+def test_the_alternatives_of_an_ambiguous_answer_are_typed(generated: ModuleType) -> None:
+    models = _part("models")
+    recognition = ambiguous()
+    cloud = read((EXAMPLES / "cylinder.csv").read_bytes())
+    found = models.FitAnswer.from_dict(json.loads(to_json(answer(recognition, cloud, {}))))
+    for shown, other in zip(found.alternatives, recognition.alternatives, strict=True):
+        assert type(shown).__name__ == f"{type(other.primitive).__name__}Alternative"
+        assert type(shown.extents).__name__ == f"{type(other.primitive).__name__}Extents"
+        assert shown.to_dict() == other.to_dict()
+    assert found.noise.smooth.range_ == recognition.noise.smooth.range  # type: ignore[union-attr]
 
 
 def test_a_batch_of_files_is_uploaded_and_its_lines_read(client: Any, cylinder: np.ndarray) -> None:

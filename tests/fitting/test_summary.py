@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from fitting.config import Config
+from fitting.primitives import parameters
 from fitting.recognize import recognize
 from fitting.summary import summary
+from tests.fitting.by_hand import ambiguous
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 
 
@@ -66,6 +68,47 @@ def test_a_cloud_without_an_answer_prints_the_best_try() -> None:
     assert lines[0].startswith("no fit  no allowed kind explains the cloud")
     assert lines[1].startswith("best try      ")
     assert repr(recognition).startswith("<Recognition: no_fit, best try ")
+
+
+def test_an_ambiguous_answer_prints_every_kind_with_its_intervals_and_error() -> None:
+    recognition = ambiguous()
+    lines = str(recognition).splitlines()
+    assert lines[1] == "kind          cylinder, with 95 % intervals"
+    for other in recognition.alternatives:
+        start = lines.index(f"or            {other.primitive.kind}, with 95 % intervals")
+        end = next(i for i in range(start, len(lines)) if lines[i].startswith("error"))
+        text = "\n".join(lines[start:end])
+        assert "±" in text and "evidence" not in text
+        for value in parameters(other.primitive).values():
+            numbers = value if isinstance(value, list) else [value]
+            assert all(f"{number:.9g}" in text for number in numbers if not isinstance(number, str))
+        assert lines[end].startswith(f"error         rms {other.error.rms:.3g}  mean ")
+        assert lines[end + 1].strip() == f"rms of the inliers {other.error.inlier_rms:.3g}"
+    assert max(map(len, lines[1:-1])) <= 80
+    assert repr(recognition).startswith("<Recognition: ambiguous, cylinder or plane or sphere or ")
+
+
+def test_warnings_of_an_alternative_stand_below_it() -> None:
+    answer = ambiguous().to_dict()
+    told = {"code": "short_arc", "message": "the points cover an arc of 5 degrees"}
+    answer["alternatives"][1]["uncertainty"]["warnings"] = [told]
+    answer["alternatives"][2]["uncertainty"] = None
+    lines = summary(answer).splitlines()
+    assert lines.count("warning       the points cover an arc of 5 degrees") == 1
+    kind = answer["alternatives"][2]["kind"]
+    assert (
+        lines[lines.index("warning       the points cover an arc of 5 degrees") + 1]
+        == f"or            {kind}"
+    )
+
+
+def test_deviations_that_neighbours_share_are_said_in_words() -> None:
+    answer = ambiguous().to_dict()
+    text = summary(answer)
+    assert "\n              neighbouring points share a deviation of 0.004 over 0.35\n" in text
+    assert "\n              the points deviate smoothly from the surface, by 0.4 over 60\n" in text
+    answer["noise"] |= {"correlated": None, "smooth": None}
+    assert "deviat" not in summary(answer)
 
 
 def test_plain_values_survive_json_to_the_last_bit() -> None:

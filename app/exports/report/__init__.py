@@ -18,7 +18,7 @@ from app.exports.report.unrolled import unrolled_map
 from app.exports.report.views import views
 from fitting.coordinates import SIZES, worded
 from fitting.residuals import Deviations
-from fitting.result import FailedFit
+from fitting.result import Alternative, FailedFit
 
 _STYLE = Path(__file__).with_name("style.css")
 _SIGNS = {
@@ -97,15 +97,28 @@ def _numbers(fitted: Fitted, unit: str) -> Iterator[Markup]:
     parameters = tables.parameters_table(fitted.primitive, recognition.uncertainty, unit)
     parts = [_section(f"Parameters of the {fitted.primitive.kind}", told, parameters)]
     if recognition.extents:
-        parts.append(_section("Extents", "", tables.extents_table(recognition, unit)))
+        parts.append(_section("Extents", "", tables.extents_table(recognition.extents, unit)))
     yield element("div", *parts, class_="pair")
     for other in recognition.alternatives:
-        told = f"The points do not tell it from the {fitted.primitive.kind}, which the pictures show."
-        yield _section(f"Or a {other.kind}", told, tables.parameters_table(other, None, unit))
+        yield from _alternative(other, fitted.primitive.kind, unit)
     if recognition.active_constraints:
         effects = recognition.active_constraints.items()
         rows = table((worded(name), effect) for name, effect in effects)
         yield _section("Constraints", "", rows)
+
+
+def _alternative(other: Alternative, shown: str, unit: str) -> Iterator[Markup]:
+    """Its parameters with their intervals, its error, what to beware of, and where it ends."""
+    told = f"The points do not tell it from the {shown}, which the pictures show."
+    known, kind = other.uncertainty, other.primitive.kind
+    parts = [tables.parameters_table(other.primitive, known, unit), tables.distances_table(other.error, unit)]
+    if known and known.warnings:
+        items = (element("li", warning.message) for warning in known.warnings)
+        parts.insert(0, element("ul", *items, class_="warnings"))
+    sections = [_section(f"Or a {kind}", told, *parts)]
+    if other.extents:
+        sections.append(_section(f"Extents of the {kind}", "", tables.extents_table(other.extents, unit)))
+    yield element("div", *sections, class_="pair")
 
 
 def _no_fit_parts(fitted: Fitted, unit: str) -> Iterator[Markup]:

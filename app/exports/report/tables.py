@@ -9,10 +9,11 @@ from app.exports.fitted import Fitted
 from app.exports.report.markup import Markup, element, table
 from app.exports.report.numbers import between, known_to, short
 from fitting.coordinates import DIRECTIONS, is_length, names_of, values_of, worded
+from fitting.extents import Extents
 from fitting.form import Form, Reference
 from fitting.primitives import Primitive
 from fitting.residuals import Deviations
-from fitting.result import FailedFit, Recognition
+from fitting.result import Deviation, ErrorSummary, FailedFit, Recognition
 from fitting.uncertainty import Uncertainty
 
 
@@ -59,10 +60,9 @@ def _direction(name: str, known: Uncertainty | None) -> tuple[float | None, str]
     return known.direction.standard_deviations[0], told
 
 
-def extents_table(recognition: Recognition, unit: str) -> Markup:
+def extents_table(extents: Extents, unit: str) -> Markup:
     """Where the primitive begins and ends; angles in degrees."""
-    assert recognition.extents
-    values = recognition.extents.values()
+    values = extents.values()
     size = math.sqrt(values["area"])
     rows = [row for name, value in values.items() for row in _extent(name, value, unit, size)]
     return table(rows, ("", column("value"), ""))
@@ -102,18 +102,39 @@ def error_table(recognition: Recognition, unit: str) -> Markup:
     step = noise.quantisation_step
     return table(
         [
-            ("rms of all points", cell(short(error.rms)), unit),
-            ("mean distance", cell(short(error.mean)), unit),
-            ("95 % of the distances below", cell(short(error.p95)), unit),
-            ("largest distance", cell(short(error.max)), unit),
-            ("mean over the diagonal", cell(short(error.relative_mean)), ""),
-            ("inliers", cell(f"{error.inlier_share:.2%}"), ""),
+            *_distances(error, unit),
             ("noise, one standard deviation", cell(short(noise.scale)), unit),
             ("exact points", cell(f"{noise.exact_share:.1%}"), ""),
             ("outliers", cell(f"{noise.outlier_share:.1%}"), ""),
             ("coordinates in steps of", cell("-" if step is None else f"{step:g}"), unit if step else ""),
+            ("deviation that neighbouring points share", *_deviation(noise.correlated, unit)),
+            ("smooth deviation from the surface", *_deviation(noise.smooth, unit)),
         ]
     )
+
+
+def distances_table(error: ErrorSummary, unit: str) -> Markup:
+    """Distances of all points, and of the inliers."""
+    return table(_distances(error, unit))
+
+
+def _distances(error: ErrorSummary, unit: str) -> list[tuple[object, ...]]:
+    return [
+        ("rms of all points", cell(short(error.rms)), unit),
+        ("mean distance", cell(short(error.mean)), unit),
+        ("95 % of the distances below", cell(short(error.p95)), unit),
+        ("largest distance", cell(short(error.max)), unit),
+        ("mean over the diagonal", cell(short(error.relative_mean)), ""),
+        ("inliers", cell(f"{error.inlier_share:.2%}"), ""),
+        ("rms of the inliers", cell(short(error.inlier_rms)), unit),
+    ]
+
+
+def _deviation(found: Deviation | None, unit: str) -> tuple[Markup, str]:
+    """Its size and the distance over which points share it."""
+    if found is None:
+        return cell("-"), ""
+    return cell(f"{short(found.size)} over {short(found.range)}"), unit
 
 
 def form_table(form: Form, unit: str) -> Markup:
@@ -147,13 +168,15 @@ def attempts_table(recognition: Recognition) -> Markup:
         (
             attempt.kind,
             cell("-" if attempt.probability is None else f"{attempt.probability:.3f}"),
+            cell("-" if attempt.evidence is None else f"{attempt.evidence:z.1f}"),
             cell("-" if attempt.error is None else short(attempt.error.mean)),
             element("td", element("span", attempt.outcome, class_=attempt.outcome)),
             attempt.reason,
         )
         for attempt in recognition.attempts
     ]
-    return table(rows, ("kind", column("probability"), column("mean error"), "outcome", "why"))
+    header = ("kind", *map(column, ("probability", "evidence", "mean error")), "outcome", "why")
+    return table(rows, header)
 
 
 def receipt_table(fitted: Fitted) -> Markup:

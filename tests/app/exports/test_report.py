@@ -103,7 +103,7 @@ def test_ambiguous_answers_show_the_first_and_name_the_others() -> None:
     assert page.texts["small"] == ["ambiguous"] and page.texts["h1"] == [
         recognition.primitive.kind.capitalize()
     ]
-    assert {f"Or a {other.kind}" for other in recognition.alternatives} <= set(page.texts["h2"])
+    assert {f"Or a {other.primitive.kind}" for other in recognition.alternatives} <= set(page.texts["h2"])
 
 
 def test_points_without_an_extent_or_a_scatter_have_a_page() -> None:
