@@ -50,6 +50,12 @@ def test_a_classifier_knows_the_clouds_it_was_built_from():
     assert metrics(classifier.probabilities(data.rows), data)["benchmark"]["top1"] > 0.9
 
 
+def test_clouds_of_sensors_can_be_learnt_from():
+    data = make_dataset(9, 20, families=("scanner", "sensor"))
+    assert data.rows.shape[0] == 40 and np.isfinite(data.rows).all()
+    assert list(metrics(np.full((40, 5), 0.2), data)) == ["scanner", "sensor"]
+
+
 def test_ranks_count_what_is_above_the_truth():
     probabilities = np.array([[0.5, 0.2, 0.1, 0.1, 0.1], [0.5, 0.2, 0.1, 0.1, 0.1], [0.2] * 5])
     assert rank_of_truth(probabilities, np.array([0, 1, 4])).tolist() == [0, 1, 4]
