@@ -1,4 +1,4 @@
-"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields; and how likely that is."""
+"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields, and their likelihood."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from fitting.cloud import Cloud
 from fitting.fields import Explanations, Patched, explanations
 from fitting.geometry import Array, around_axis, basis, principal
-from fitting.limits import NUMBERS, Limits, dof_within
+from fitting.limits import NUMBERS, Limits, dof_within, moved
 from fitting.noise import LEAST_OUTLIERS, ROUNDING_NOISE, NoiseModel, exact_points
 from fitting.patches import GRAIN, PATCHES, strips_of
 from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
@@ -44,6 +44,7 @@ class Evidence:
     Attributes
     ----------
     primitive : the surface that was judged
+    limits : within which it was fitted
     free : parameters of it that no fixed value and no active limit holds
     small : too few points to reject any
     distance : (M,) signed distances of the working points
@@ -59,6 +60,7 @@ class Evidence:
     """
 
     primitive: Primitive
+    limits: Limits | None
     free: int
     small: bool
     distance: Array
@@ -99,11 +101,12 @@ class Evidence:
             second = _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
         explained, beside = None, 0.0
         if not exact.any():
-            explained, beside = _explained(primitive, cloud, inlier), _outliers(inlier, cloud)
-        if explained is not None:
+            explained, beside = _explained(primitive, cloud, inlier, limits), _outliers(inlier, cloud)
+        if explained is not None and limits is None:
             beside += _sizes(primitive, explained.spread, cloud.extent)
         return cls(
             primitive,
+            limits,
             free,
             small,
             distance,
@@ -134,29 +137,37 @@ class Evidence:
 
         What depends on one of them alone, the corners of a bar or the ribs of a can, is lost in patches.
         """
-        points, residual = cloud.working[self.inlier], self.distance[self.inlier]
-        jacobian = linearize(self.primitive, points)[1]
-        feet = points - residual[:, None] * self.primitive.gradient(points)
+        residual, jacobian, feet = _linear(self.primitive, cloud.working[self.inlier], self.limits)
         found = []
         for place, turn in _coordinates(self.primitive, feet, cloud.extent):
             grain = strips_of(place, max(PATCHES, len(place) // GRAIN))
             patched = Patched.of(strips_of(place), grain, residual, jacobian, place[:, None], turn)
-            if len(patched.mean) > self.primitive.dof:
+            if len(patched.mean) > jacobian.shape[1]:
                 found.append(explanations(patched, cloud.extent, _least(cloud)))
         return found
 
 
-def _explained(primitive: Primitive, cloud: Cloud, inlier: np.ndarray) -> Explanations | None:
+def _explained(
+    primitive: Primitive, cloud: Cloud, inlier: np.ndarray, limits: Limits | None
+) -> Explanations | None:
     """Of the inliers in patches most of whose points are inliers."""
     most = np.bincount(cloud.patch, inlier) >= 0.5 * np.bincount(cloud.patch)
     seen = inlier & most[cloud.patch]
-    points = cloud.working[seen]
-    residual, jacobian = linearize(primitive, points)
-    feet = points - residual[:, None] * primitive.gradient(points)
+    residual, jacobian, feet = _linear(primitive, cloud.working[seen], limits)
     patched = Patched.of(cloud.patch[seen], cloud.grain[seen], residual, jacobian, feet / cloud.extent)
-    if len(patched.mean) <= primitive.dof:
+    if len(patched.mean) <= jacobian.shape[1]:
         return None
     return explanations(patched, cloud.extent, _least(cloud))
+
+
+def _linear(primitive: Primitive, points: Array, limits: Limits | None) -> tuple[Array, Array, Array]:
+    """Distances (N,) of points (N, 3), their derivatives (N, k) by the steps that are free, and their feet."""
+    if limits is None:
+        residual, jacobian = linearize(primitive, points)
+    else:
+        residual, jacobian = linearize(moved(primitive, -limits.pivot), points - limits.pivot)
+        jacobian = jacobian @ limits.free_steps(moved(primitive, -limits.pivot).row(), primitive.dof)
+    return residual, jacobian, points - residual[:, None] * primitive.gradient(points)
 
 
 def _least(cloud: Cloud) -> float:
