@@ -74,7 +74,9 @@ def test_an_ambiguous_answer_prints_every_kind_with_its_intervals_and_error() ->
     recognition = ambiguous()
     lines = str(recognition).splitlines()
     assert lines[1] == "kind          cylinder, with 95 % intervals"
+    noise = next(i for i, line in enumerate(lines) if line.startswith("noise"))
     for other in recognition.alternatives:
+        assert noise < lines.index(f"or            {other.primitive.kind}, with 95 % intervals")
         start = lines.index(f"or            {other.primitive.kind}, with 95 % intervals")
         end = next(i for i in range(start, len(lines)) if lines[i].startswith("error"))
         text = "\n".join(lines[start:end])
