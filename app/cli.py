@@ -384,7 +384,7 @@ def openapi() -> None:
 @app.command()
 def synth(
     recipe: Annotated[
-        Literal["benchmark", "scanner", "scanner-hard", "scanner-large", "foreign"],
+        Literal["benchmark", "scanner", "scanner-hard", "scanner-large", "sensor", "foreign"],
         typer.Argument(help="The family of clouds.", metavar="RECIPE"),
     ],
     out: Annotated[Path, typer.Option(help="Folder for clouds, truth and picture.", file_okay=False)],

@@ -13,13 +13,16 @@ from typing import TypeVar
 
 import numpy as np
 
+from benchmark import bows, cone_arcs, prisms
 from benchmark.pieces import GAINS, NOISE_LAWS, PAIRS, pair_cloud, round_cloud
 from fitting.geometry import Array
 from fitting.primitives import KINDS, Primitive
 from synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
+from synthetic.bows import DEVIATIONS, DEVIATIONS_OF
 from synthetic.noise import rounded
 from synthetic.perturb import random_subset, uniform_noise
-from synthetic.recipes import PERTURBATIONS, SHAPES, Range
+from synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES, Range
+from synthetic.sections import SECTIONS
 
 Level = str | float
 L = TypeVar("L")
@@ -33,11 +36,12 @@ class Case:
     ----------
     name : within its set
     points : (N, 3)
-    truth : None for a foreign shape, of which no answer is right
+    truth : None for a foreign shape, of which no answer is right, and where only the kind is known
     groups : what results are grouped by besides the kind
     outliers : mask (N,) of points that do not belong to the surface, None where they are not known
     noise : standard deviation of the others, None where there is no single one
     ambiguous : whether another kind explains the cloud as well as the truth, so that no kind is right
+    known_kind : the true kind where no parameters are known
     """
 
     name: str
@@ -47,13 +51,14 @@ class Case:
     outliers: np.ndarray | None = None
     noise: float | None = None
     ambiguous: bool = False
+    known_kind: str | None = None
 
     @property
     def kind(self) -> str:
         """The true one; `foreign` or `ambiguous` where no kind is right."""
         if self.ambiguous:
             return "ambiguous"
-        return self.truth.kind if self.truth else "foreign"
+        return self.truth.kind if self.truth else self.known_kind or "foreign"
 
     @property
     def surface_points(self) -> Array:
@@ -144,6 +149,21 @@ def scanner(seed: int, index: int) -> Case:
         "outliers": drawn.outlier_share,
     }
     return case(index, drawn, {name: bucket(SCAN_BUCKETS[name], value) for name, value in seen.items()})
+
+
+SENSOR_POINTS: Buckets = (
+    (200, "50 to 200"),
+    (1000, "200 to 1,000"),
+    (5000, "1,000 to 5,000"),
+    (20_000, "5,000 to 20,000"),
+    (np.inf, "over 20,000"),
+)
+
+
+def sensor(seed: int, index: int) -> Case:
+    drawn = cloud(replace(RECIPES["sensor"], seed=seed), index)
+    points = bucket(SENSOR_POINTS, len(drawn.points))
+    return case(index, drawn, {"points": points, "sensor": drawn.sensor})
 
 
 SCAN = ScannerRecipe(points=Range(2000, 2000), noise=Range(1e-3, 1e-3), noiseless=0.0, without_outliers=1.0)
@@ -288,6 +308,62 @@ def bias(seed: int, index: int) -> Case:
     return case(index, drawn, {"noise": law, "object": shape})
 
 
+# -- parts that deviate from their kind ---------------------------------------------------------------------
+
+AMPLITUDES = (0.25, 0.5, 1.0, 3.0)
+SLIGHT = AMPLITUDES[:3]
+"""Multiples of the noise up to which the true kind is right, whatever the number of points."""
+BOW_BUCKETS: dict[str, Buckets] = {
+    "points": ((1000, "200 to 1,000"), (10_000, "1,000 to 10,000"), (np.inf, "10,000 to 50,000")),
+    "noise": ((1e-3, "up to 0.1 %"), (np.inf, "0.1 to 0.5 %")),
+}
+
+
+def bowed(seed: int, index: int) -> Case:
+    kind, piece, level = turn(index, KINDS, AMPLITUDES)
+    deviations = DEVIATIONS_OF[kind]
+    deviation = deviations[piece // len(KINDS) % len(deviations)]
+    drawn = bows.bowed_cloud(np.random.default_rng([seed, piece, 9]), kind, deviation, level)
+    assert drawn.noise is not None and drawn.extent is not None
+    seen = {"points": len(drawn.points), "noise": drawn.noise / drawn.extent}
+    groups = {name: bucket(BOW_BUCKETS[name], value) for name, value in seen.items()}
+    return case(index, drawn, {"amplitude [noise]": level, "deviation": deviation, **groups})
+
+
+CONE_ARCS = ("cone", "cylinder")
+ANGLE_BUCKETS: Buckets = ((50.0, "20 to 50"), (200.0, "50 to 200"), (np.inf, "over 200"))
+CONE_ARC_POINTS: Buckets = ((1000, "300 to 1,000"), (5000, "1,000 to 5,000"), (np.inf, "5,000 to 20,000"))
+
+
+def cone_arc(seed: int, index: int) -> Case:
+    """Cone and cylinder take turns on the same arc, with the same noise."""
+    _, arc, shape = turn(index, ("cone arc",), CONE_ARCS)
+    drawn, shown = cone_arcs.arc_cloud(np.random.default_rng([seed, arc, 10]), shape)
+    points = bucket(CONE_ARC_POINTS, len(drawn.points))
+    return case(
+        index, drawn, {"shape": shape, "chi^2 of the angle": bucket(ANGLE_BUCKETS, shown), "points": points}
+    )
+
+
+PIPE = "pipe"
+ONE_PIPE_IN = 4
+DEVIATIONS_SEEN: Buckets = ((1.0, "under 1"), (3.0, "1 to 3"), (np.inf, "over 3"))
+"""Of a section from the nearest circle or line, in noise scales (root mean square)."""
+FAR_OFF = DEVIATIONS_SEEN[-1][1]
+
+
+def sections(seed: int, index: int) -> Case:
+    """Every fourth cloud is a pipe; between them sorts take turns."""
+    rounds, place = divmod(index, ONE_PIPE_IN)
+    rng = np.random.default_rng([seed, index, 11])
+    if place == ONE_PIPE_IN - 1:
+        return case(index, prisms.pipe_cloud(rng), {"deviation": PIPE, "section": PIPE})
+    sorts = tuple(SECTIONS)
+    sort = sorts[(rounds * (ONE_PIPE_IN - 1) + place) % len(sorts)]
+    drawn, deviation = prisms.section_cloud(rng, sort)
+    return case(index, drawn, {"deviation": bucket(DEVIATIONS_SEEN, deviation), "section": sort})
+
+
 # -- all ----------------------------------------------------------------------------------------------------
 
 
@@ -329,6 +405,19 @@ CASE_SETS: dict[str, CaseSet] = {
         185,
         925,
         shrec,
+    ),
+    "sensor": CaseSet(
+        Description(
+            "Sensors",
+            "Parts as eleven sorts of sensors see them, from depth cameras to contact machines: noise that "
+            "is mostly correlated, depth steps, rings, waves along lines, bows of the sensor and of the "
+            "part, double walls, fringes and tails at edges, ragged borders, up to 3 % gross outliers; 50 to "
+            "200,000 points. Whoever knew the errors' covariance could tell the kind.",
+            {"points": _names(SENSOR_POINTS), "sensor": SENSORS},
+        ),
+        150,
+        500,
+        sensor,
     ),
     "scanner": CaseSet(
         Description(
@@ -449,6 +538,63 @@ CASE_SETS: dict[str, CaseSet] = {
         2000,
         bias,
         own=True,
+    ),
+    "bows": CaseSet(
+        Description(
+            "Bows, lobes and barrels",
+            "Parts that deviate smoothly from their kind by 0.25 to 3 noise scales (root mean square, what "
+            "the parameters of the kind cannot take): planes with a dome or a sag, cylinders, cones and "
+            "tori that are bent, have two to five lobes or bulge, spheres with lobes or a bulge; sign and "
+            "direction at random. White noise of 0.02 to 0.5 % of the extent along the normal, 200 to "
+            "50,000 points (log-uniform). Each part is shown at every amplitude. The right answer is the "
+            "kind of the part; at 3 noise scales a more general kind that follows the deviation, or "
+            "`ambiguous`, will do.",
+            {
+                "amplitude [noise]": AMPLITUDES,
+                "points": _names(BOW_BUCKETS["points"]),
+                "deviation": tuple(DEVIATIONS),
+                "noise": _names(BOW_BUCKETS["noise"]),
+            },
+        ),
+        120,
+        1200,
+        bowed,
+        own=True,
+    ),
+    "cone-arcs": CaseSet(
+        Description(
+            "Short arcs of cones",
+            "Cones of 20 to 60 degrees on arcs of 30 to 60 degrees whose radius doubles, 300 to 20,000 "
+            "points with independent noise, under which the points show the angle: twice what the best cone "
+            "gains on the best cylinder in log-likelihood, the chi^2 of the angle, is over 20 (drawn "
+            "log-uniform up to 500; noise of at most 3 % of the extent). And cylinders of the same radius, "
+            "arc and length, with as many points and as much noise.",
+            {
+                "shape": CONE_ARCS,
+                "chi^2 of the angle": _names(ANGLE_BUCKETS),
+                "points": _names(CONE_ARC_POINTS),
+            },
+        ),
+        60,
+        600,
+        cone_arc,
+        own=True,
+    ),
+    "sections": CaseSet(
+        Description(
+            "Bars and pipes",
+            "Twenty sorts of sections that are no circle, drawn out to bars of 1 to 5 widths with all sides "
+            "and no ends: three to eight faces, rectangles, L, U, T, I and C, ellipses, half-round, "
+            "stadium, star. In an eighth of the clouds no noise, else 0.03 to 3 % of the width "
+            "(independent, along the normal), 200 to 20,000 points (all log-uniform). Every fourth cloud is "
+            "a round pipe. Grouped by how far the clean section is off the nearest circle or line (root "
+            "mean square) in noise scales. The right answer is `no_fit`, of a pipe the cylinder; below 3 "
+            "noise scales `ambiguous` will do, below 1 nothing is asked.",
+            {"deviation": (PIPE, *_names(DEVIATIONS_SEEN)), "section": (PIPE, *SECTIONS)},
+        ),
+        80,
+        1200,
+        sections,
     ),
     "foreign": CaseSet(
         Description(

@@ -101,6 +101,7 @@ def described(answer: Answer) -> dict[str, Any]:
         "primitive": primitive,
         "note": answer.note,
         "attempts": tuple(answer.attempts),
+        "alternatives": tuple(answer.alternatives),
     }
 
 

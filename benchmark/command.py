@@ -9,12 +9,13 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from benchmark import coverage
+from benchmark import coverage, drawing
 from benchmark.cases import CASE_SETS, Case, CaseSet
 from benchmark.methods import METHODS, PEERS
 from benchmark.options import make_parser
 from benchmark.proofs import PROOFS
 from benchmark.proofs.records import Key, ProofRecord, ProofsFile, prove_all
+from benchmark.real import MANIFEST, REAL, RealError, RealFolder, is_there
 from benchmark.records import Record, RecordsFile
 from benchmark.report import MissingMatplotlibError, NoRecordsError, write
 from benchmark.report.added import draw_added
@@ -22,29 +23,35 @@ from benchmark.report.coverage import write_coverage
 from benchmark.report.pictures import require_matplotlib
 from benchmark.report.proofs import proven
 from benchmark.runner import Child, MethodError, Work, begin, interpreter, introduce, run
-from benchmark.service import busy, measure, table
+from benchmark.service import busy, livez_line, measure, slowest_livez, table
 from benchmark.serving import ServiceError
 from benchmark.summary import summary, wrong_line
 from benchmark.track import TRACK, TrackError, TrackFolder
+from synthetic import RECIPES
 
 DEFAULT_METHOD = next(iter(METHODS))
 BAD_INPUT, INTERRUPTED = 2, 130
 
+EXPECTED = (MethodError, ServiceError, TrackError, RealError, NoRecordsError, MissingMatplotlibError)
+"""What ends the command with a sentence."""
+
 
 def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
     """The command with these arguments; returns its exit status."""
-    parser = make_parser(program, run_action, report_action, service_action, coverage_action, proofs_action)
+    actions = (run_action, report_action, service_action, coverage_action, proofs_action, drawing_action)
+    parser = make_parser(program, *actions)
     options = parser.parse_args(arguments)
     if not hasattr(options, "action"):
         parser.print_help()
         return BAD_INPUT
     try:
         return int(options.action(options))
-    except (MethodError, ServiceError, TrackError, NoRecordsError, MissingMatplotlibError, OSError) as error:
+    except (*EXPECTED, OSError) as error:
         print(f"{program}: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        print(f"\n{program}: interrupted; the same command goes on from {options.out}", file=sys.stderr)
+        goes_on = f"; the same command goes on from {options.out}" if hasattr(options, "out") else ""
+        print(f"\n{program}: interrupted{goes_on}", file=sys.stderr)
         return INTERRUPTED
 
 
@@ -60,7 +67,8 @@ def service_action(options: argparse.Namespace) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     warning = busy()
     rows = list(measure(options.turns, options.seed, options.out / "service.log"))
-    print(table(rows), warning, sep="\n")
+    livez = livez_line(slowest_livez(options.seed, options.out / "service.log"))
+    print(table(rows), livez, warning, sep="\n")
     if options.picture:
         draw_added(rows, options.picture)
     return 0
@@ -92,13 +100,20 @@ def proofs_action(options: argparse.Namespace) -> int:
     return 0
 
 
+def drawing_action(options: argparse.Namespace) -> int:
+    print(drawing.table([drawing.rate(name, options.seed, options.seconds) for name in RECIPES]))
+    return 0
+
+
 def run_action(options: argparse.Namespace) -> int:
+    console = Console(highlight=False)
+    if options.real and not is_there(options.real):
+        console.print(f"left out: {options.real} holds no {MANIFEST}, so there are no real segments")
     works = plan(options)
     named = options.method or [DEFAULT_METHOD]
     names = list(dict.fromkeys([*named, *(PEERS if options.peers else [])]))
     options.out.mkdir(parents=True, exist_ok=True)
     file = RecordsFile(options.out)
-    console = Console(highlight=False)
     python = options.python or interpreter(any(name in PEERS for name in names))
     with Child(python, options.out / "methods.log") as child:
         methods = usable(introduce(child, names), named, console)
@@ -114,8 +129,8 @@ def run_action(options: argparse.Namespace) -> int:
 
 
 def plan(options: argparse.Namespace) -> list[Work]:
-    """The cases that are asked for; raises `TrackError`."""
-    names = options.set or ([] if options.shrec22 else CASE_SETS)
+    """The cases that are asked for; raises `TrackError` and `RealError`."""
+    names = options.set or ([] if options.shrec22 or options.real else CASE_SETS)
     works = []
     for name, chosen in CASE_SETS.items():
         if name in names:
@@ -125,6 +140,9 @@ def plan(options: argparse.Namespace) -> list[Work]:
     if options.shrec22:
         folder = TrackFolder(options.shrec22)
         works.append(Work(TRACK, folder.fingerprint, folder.names[: options.n], folder.case))
+    if options.real and is_there(options.real):
+        real = RealFolder(options.real)
+        works.append(Work(REAL, real.fingerprint, real.names[: options.n], real.case))
     return works
 
 

@@ -1,10 +1,12 @@
 """Do the 95 % intervals hold the truth in 95 of 100 cases? Scans whose noise is known, and what is counted.
 
 A cloud is what a virtual scanner sees of a piece, without its noise; the noise is put on along the normal:
-the same everywhere (`independent`), three times as large at one end as at the other (`uneven`), or a random
-field that neighbours share (`correlated`). `arcs` are 30 to 60 degrees of a turn under independent noise,
-`correlated arcs` are both, `few` have at most ten points for a parameter, `minimal` have one, which deserves
-a warning and no intervals. The kind is given: intervals are measured, not recognition.
+the same everywhere (`independent`), three times as large at one end as at the other (`uneven`), a random
+field that neighbours share smoothly (`correlated`) or roughly, over one to five spacings (`exponential`), or
+half of it in waves along scan lines (`wavy`). Or it acts `along the ray`, as a scanner's does; or the part is
+`bowed` by half a noise scale under independent noise. `arcs` are 30 to 60 degrees of a turn under independent
+noise, `correlated arcs` are both, `few` have at most ten points for a parameter, `minimal` have one, which
+deserves a warning and no intervals. The kind is given: intervals are measured, not recognition.
 """
 
 from collections.abc import Mapping
@@ -14,6 +16,8 @@ from functools import partial
 
 import numpy as np
 from numpy.random import Generator
+from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from benchmark.cases import SCAN
 from benchmark.measures import diagonal
@@ -30,10 +34,24 @@ from fitting.refine import linearize
 from fitting.uncertainty import Uncertainty
 from fitting.warnings import HALF_TURN, SHORT_ARC, WEAK_AXIS, WEAK_SIZE
 from synthetic import cloud
+from synthetic.bows import DEVIATIONS, DEVIATIONS_OF, piece_of
+from synthetic.noise import sigma_weights
 from synthetic.recipes import Range
-from synthetic.scanner import log_uniform
+from synthetic.scanner import STEEPEST, log_uniform
 
-LAWS = ("independent", "uneven", "correlated", "arcs", "correlated arcs", "few", "minimal")
+LAWS = (
+    "independent",
+    "uneven",
+    "correlated",
+    "arcs",
+    "correlated arcs",
+    "few",
+    "minimal",
+    "along the ray",
+    "exponential",
+    "wavy",
+    "bowed",
+)
 ARCS = ("arcs", "correlated arcs")
 NOISE, ARC_NOISE = Range(1e-4, 3e-3), Range(3e-4, 1e-2)
 """Shares of the extent, log-uniform; the second of `ARCS`."""
@@ -45,6 +63,21 @@ WAVES = 200
 LENGTH = Range(0.02, 0.05)
 """Of the correlation exp(-(h / length)^2), in extents."""
 LARGEST_RATIO = 3.0
+SPACINGS = Range(1.0, 5.0)
+"""Range of the correlation exp(-h / range), in mean distances of neighbours."""
+NEIGHBOURS = 8
+"""The distance of so many neighbours gives the area of a point."""
+WAVE = Range(4.0, 20.0)
+"""Length of the waves along a scan line, in spacings; lines lie a spacing apart."""
+WAVE_SHARE = 0.5
+"""Of the variance, in waves whose phases differ from line to line; the rest is independent."""
+BOW = 0.5
+"""Standard deviation of the normal law of a bow's size, in noise scales: sign and size are random, so that
+half a scale is its root mean square."""
+JITTER = 1e-9
+"""Added to a correlation, so that points that nearly coincide do not make it singular."""
+UNSAID = ("exponential", "wavy", "bowed")
+"""Whether these deserve to be called correlated depends on ranges and sizes that are drawn."""
 MARGIN = 0.15
 """Clouds this close, relatively, to the limit of a warning neither deserve it nor not."""
 
@@ -106,6 +139,7 @@ def scene(law: str, kind: str, seed: int, index: int) -> Scene:
         count = dof if law == "minimal" else rng.integers(dof + 2, 10 * dof)
         points = points[rng.permutation(len(points))[:count]]
     extent = diagonal(points)
+    normals = drawn.primitive.gradient(points)
     noise = extent * log_uniform(rng, ARC_NOISE if law in ARCS else NOISE)
     noise = min(noise, THICK * thickness(drawn.primitive, points))
     sigma, field = np.full(len(points), noise), rng.standard_normal(len(points))
@@ -114,8 +148,60 @@ def scene(law: str, kind: str, seed: int, index: int) -> Scene:
         sigma = noise * LARGEST_RATIO ** ((along - along.mean()) / np.ptp(along))
     if law.startswith("correlated"):
         field = waves(rng, points / (extent * rng.uniform(LENGTH.low, LENGTH.high)))
-    points = points + (sigma * field)[:, None] * drawn.primitive.gradient(points)
-    return Scene(points, drawn.primitive, sigma, law)
+    if law == "exponential":
+        field = exponential(rng, points)
+    if law == "wavy":
+        field = wavy(rng, points)
+    if law == "bowed":
+        field = field + bow(rng, drawn.primitive, points)
+    if law == "along the ray":
+        assert drawn.stations is not None and drawn.station is not None
+        rays, weights = rays_to(points, drawn.stations[drawn.station[~drawn.outliers]], normals)
+        along = noise * weights * field
+        sigma = noise * weights * np.abs(np.einsum("ij,ij->i", rays, normals))
+        return Scene(points + along[:, None] * rays, drawn.primitive, sigma, law)
+    return Scene(points + (sigma * field)[:, None] * normals, drawn.primitive, sigma, law)
+
+
+def rays_to(points: Array, stations: Array, normals: Array) -> tuple[Array, Array]:
+    """Unit rays (N, 3) from stations (N, 3) to the points, and how the noise of each compares (N,)."""
+    sight = points - stations
+    distance = np.linalg.norm(sight, axis=1)
+    rays = sight / distance[:, None]
+    cosine = np.abs(np.einsum("ij,ij->i", rays, normals))
+    return rays, sigma_weights(distance, np.maximum(cosine, np.cos(STEEPEST)))
+
+
+def spacing(points: Array) -> float:
+    """The side of the square that a point has to itself, in the median."""
+    reach = cKDTree(points).query(points, NEIGHBOURS + 1)[0][:, -1]
+    return float(np.median(reach) * np.sqrt(np.pi / NEIGHBOURS))
+
+
+def exponential(rng: Generator, points: Array) -> Array:
+    """A normal field of unit variance with the correlation exp(-h / range), by Cholesky's factor of it."""
+    reach = spacing(points) * rng.uniform(SPACINGS.low, SPACINGS.high)
+    correlation = np.exp(-cdist(points, points) / reach)
+    factor = np.linalg.cholesky(correlation + JITTER * np.eye(len(points)))
+    return np.asarray(factor @ rng.standard_normal(len(points)))
+
+
+def wavy(rng: Generator, points: Array) -> Array:
+    """Independent noise, and waves along the lines in which parallel planes cut the surface."""
+    along, across = (points @ np.linalg.qr(rng.standard_normal((3, 2)))[0] / spacing(points)).T
+    line = np.floor(across - across.min()).astype(int)
+    phase = rng.uniform(0.0, 2.0 * np.pi, line.max() + 1)[line]
+    wave = np.sqrt(2.0) * np.cos(2.0 * np.pi * along / rng.uniform(WAVE.low, WAVE.high) + phase)
+    white = rng.standard_normal(len(points))
+    return np.asarray(np.sqrt(WAVE_SHARE) * wave + np.sqrt(1.0 - WAVE_SHARE) * white)
+
+
+def bow(rng: Generator, truth: Primitive, points: Array) -> Array:
+    """A bow, lobes or a barrel of random size, in noise scales; its mean over the points is 0."""
+    deviation = str(rng.choice(DEVIATIONS_OF[truth.kind]))
+    field = DEVIATIONS[deviation](rng, piece_of(rng, truth, points))
+    field = field - field.mean()
+    return np.asarray(BOW * rng.standard_normal() * field / field.std())
 
 
 def thickness(truth: Primitive, feet: Array) -> float:
@@ -224,7 +310,7 @@ def deserved(drawn: Scene, bound: Array) -> dict[str, bool | None]:
         "minimal_sample": False,
         "few_points": n < 5 * dof,
         "short_arc": None if few else _below(least, SHORT_ARC),
-        "correlated_noise": None if few else drawn.law.startswith("correlated"),
+        "correlated_noise": None if few or drawn.law in UNSAID else drawn.law.startswith("correlated"),
     }
     near_short = any(_below(arc, SHORT_ARC) is None for arc in arcs)
     result["one_sided"] = None if few or near_short else _below(min(sided, default=np.inf), HALF_TURN)

@@ -26,6 +26,7 @@ def make_parser(
     service: Callable[..., int],
     coverage: Callable[..., int],
     proofs: Callable[..., int],
+    drawing: Callable[..., int],
 ) -> argparse.ArgumentParser:
     """A parser whose result holds `action`, one of the functions, which takes the result."""
     parser = argparse.ArgumentParser(
@@ -35,21 +36,26 @@ def make_parser(
   {program} run                       primfit on small sets, a few minutes
   {program} run --set shrec --n 500 --seed 7 --method primfit --method primfit-knn
   {program} run --shrec22 DIR         a folder in the layout of the SHREC 2022 track
+  {program} run --real DIR            segments of real scans, with a manifest of their kinds
   {program} run --full --peers        everything, a few hours; goes on where it was cut off
   {program} report                    tables and pictures from the records
   {program} service                   what a request to the service takes more than the fit alone
   {program} coverage --n 100          do the 95 % intervals hold the truth?
   {program} proofs --seed 7           beside independent optimisers, and turned, moved, scaled, permuted
+  {program} drawing                   how many clouds of each recipe are drawn in a minute
 
 `{program} run --help` lists the sets and the methods. docs/benchmarking.md explains them.""",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    actions = parser.add_subparsers(title="actions", metavar="run | report | service | coverage | proofs")
+    actions = parser.add_subparsers(
+        title="actions", metavar="run | report | service | coverage | proofs | drawing"
+    )
     _add_run(actions).set_defaults(action=run)
     _add_report(actions).set_defaults(action=report)
     _add_service(actions).set_defaults(action=service)
     _add_coverage(actions).set_defaults(action=coverage)
     _add_proofs(actions).set_defaults(action=proofs)
+    _add_drawing(actions).set_defaults(action=drawing)
     return parser
 
 
@@ -69,6 +75,7 @@ def _add_run(actions: Any) -> argparse.ArgumentParser:
     add = parser.add_argument
     add("--set", action="append", choices=CASE_SETS, metavar="NAME", help="a set (repeatable; default: all)")
     add("--shrec22", type=Path, metavar="DIR", help="a folder in the layout of the SHREC 2022 track")
+    add("--real", type=Path, metavar="DIR", help="a folder of segments of real scans with a manifest.csv")
     add("--method", action="append", choices=METHODS, metavar="NAME", help="a method (repeatable)")
     add("--peers", action="store_true", help="all methods of others that are installed, too")
     sizes = parser.add_mutually_exclusive_group()
@@ -153,6 +160,18 @@ def _add_proofs(actions: Any) -> argparse.ArgumentParser:
     add("--processes", type=_whole_from_1, default=1, metavar="N", help="that share the work (default: 1)")
     add("--out", type=Path, default=FOLDER, metavar="DIR", help=f"folder of the records (default: {FOLDER})")
     add("--restart", action="store_true", help="make the records anew that are asked for")
+    return parser
+
+
+def _add_drawing(actions: Any) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(
+        "drawing",
+        help="measure how many clouds of each recipe are drawn in a minute",
+        description="Draw clouds of each recipe, and show how many there would be in a minute of one core.",
+    )
+    add = parser.add_argument
+    add("--seconds", type=_seconds, default=5.0, metavar="S", help="of each recipe (default: 5)")
+    add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
     return parser
 
 

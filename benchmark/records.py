@@ -47,6 +47,7 @@ class Outcome:
     primitive : the answer as `fitting.primitives.parameters` has it, or None
     note : the message of the answer or of the failure
     attempts : kinds that were fitted, in order, where the method tells
+    alternatives : kinds that an `ambiguous` answer names besides that of `primitive`
     seconds, cpu_seconds : wall clock and processor time of `fit`; None where it did not return
     """
 
@@ -56,6 +57,7 @@ class Outcome:
     attempts: tuple[str, ...] = ()
     seconds: float | None = None
     cpu_seconds: float | None = None
+    alternatives: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class Record:
     groups : of the case
     points, extent, cloud : number of points, diagonal of those of the surface, start of the SHA-256 of all of
         them
-    status, note, attempts, seconds, cpu_seconds : as in `Outcome`
+    status, note, attempts, alternatives, seconds, cpu_seconds : as in `Outcome`
     right : `benchmark.measures.is_right`
     errors : of the answer, by measure (`benchmark.measures`); None where a number is not finite
     truth_errors : the measures that need no truth, of the truth itself
@@ -99,6 +101,7 @@ class Record:
     seconds: float | None = None
     cpu_seconds: float | None = None
     reference_errors: dict[str, float | None] = field(default_factory=dict)
+    alternatives: tuple[str, ...] = ()
 
     @property
     def key(self) -> Key:
@@ -159,6 +162,7 @@ class Scored:
             answer=outcome.primitive,
             note=outcome.note,
             attempts=outcome.attempts,
+            alternatives=outcome.alternatives,
             errors=_measured(lambda: self._errors(found)) if found else {},
             truth_errors=self.truth_errors,
             reference_errors=self.reference_errors,
@@ -220,7 +224,8 @@ class RecordsFile:
             for line in file:
                 if line.endswith("\n"):
                     values = json.loads(line)
-                    yield Record(**values | {"attempts": tuple(values["attempts"])})
+                    kinds = {name: tuple(values.get(name, ())) for name in ("attempts", "alternatives")}
+                    yield Record(**values | kinds)
 
     def append(self, record: Record) -> None:
         with self.path.open("a") as file:

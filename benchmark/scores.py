@@ -34,6 +34,18 @@ def answered(record: Record) -> str:
     return "ambiguous" if record.status == "ambiguous" else "no_fit"
 
 
+def among(record: Record) -> bool:
+    """Whether the kind is right, or the answer is `ambiguous` and names it."""
+    return record.right or (record.status == "ambiguous" and record.kind in named(record))
+
+
+def named(record: Record) -> tuple[str, ...]:
+    """The kinds that an answer names, the likeliest first; none of `no_fit` and of no answer."""
+    if record.answer is None or record.status not in ("fitted", "ambiguous"):
+        return ()
+    return (str(record.answer["kind"]), *record.alternatives)
+
+
 def confusion(records: Iterable[Record]) -> np.ndarray:
     """Counts (5, 8): rows are true kinds, columns `ANSWERS`; clouds of no kind have no row."""
     counts = np.zeros((len(KINDS), len(ANSWERS)), dtype=int)
@@ -101,8 +113,9 @@ def share(records: Sequence[Record], holds: Callable[[Record], bool]) -> float:
 
 
 def is_close(record: Record) -> bool:
-    """Whether the kind is right and the surface close; of clouds of which no kind is right, the status."""
-    return record.right and (record.kind not in KINDS or record.error("surface") <= CLOSE)
+    """Whether the kind is right and the surface close; where no surface is right or known, that is all."""
+    known = record.kind in KINDS and "surface" in record.errors
+    return record.right and (not known or record.error("surface") <= CLOSE)
 
 
 def is_exact(record: Record) -> bool:

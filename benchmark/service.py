@@ -12,6 +12,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +21,7 @@ import numpy as np
 
 from benchmark.cases import Case
 from benchmark.runner import Child
-from benchmark.serving import PATIENCE, ServiceError, connect, on_one_processor, post, serving
+from benchmark.serving import PATIENCE, ServiceError, connect, get, on_one_processor, post, serving
 from fitting.geometry import Array
 from fitting.primitives import KINDS
 from synthetic import ScannerRecipe, cloud
@@ -30,6 +31,8 @@ METHOD = "primfit"
 SIZES = (100, 3000, 10_000)
 BAR = ("npy", 3000, 2.0)
 """Format and points of the request that may take at most so many milliseconds more than the fit alone."""
+LIVEZ = (300_000, 100.0)
+"""Points that a worker is busy with, and the milliseconds that `GET /livez` may take meanwhile."""
 NICE = 5
 """What workers of the service add to their niceness."""
 IN_A_ROW = 5
@@ -125,6 +128,34 @@ def _row(connection: socket.socket, child: Child, format: str, cases: list[Case]
                 raise ServiceError(f"the service and the fit alone answer differently: {format}, {case.name}")
     counted = (values[:, 1:, 1:].reshape(len(cases), -1) for values in (requests, fits))
     return Row(format, len(cases[0].points), len(bodies[0]), *counted)
+
+
+def slowest_livez(seed: int, log: Path) -> float:
+    """Milliseconds of the slowest `GET /livez` while a large scan in CSV is received, read and fitted.
+
+    Raises `ServiceError` as `measure` does.
+    """
+    body = csv(_case(seed, KINDS[2], LIVEZ[0]).points)
+    times = []
+    with ExitStack() as opened:
+        port = opened.enter_context(serving(log))
+        posting, asking = (opened.enter_context(connect(port)) for _ in range(2))
+        answer = opened.enter_context(ThreadPoolExecutor(1)).submit(post, posting, "text/csv", body)
+        while not answer.done():
+            started = time.perf_counter()
+            get(asking, "/livez")
+            times.append(1e3 * (time.perf_counter() - started))
+        answer.result()
+    return max(times)
+
+
+def livez_line(slowest: float) -> str:
+    """The figure beside its bar."""
+    n_points, limit = LIVEZ
+    return (
+        f"Bar: `GET /livez` takes at most {limit:g} ms while {n_points:,} points in CSV are read and fitted: "
+        f"{slowest:.1f} ms, {'met' if slowest <= limit else 'missed'}."
+    )
 
 
 def table(rows: list[Row]) -> str:

@@ -28,6 +28,14 @@ def post(connection: socket.socket, media_type: str, body: bytes) -> bytes:
     return content
 
 
+def get(connection: socket.socket, path: str) -> bytes:
+    """The answer of `GET` with this path; raises `ServiceError` where it is none."""
+    status, content = _ask(connection, f"GET {path} HTTP/1.1")
+    if status != 200:
+        raise ServiceError(f"the service answered {status} to GET {path}")
+    return content
+
+
 def _ask(connection: socket.socket, head: str, body: bytes = b"") -> tuple[int, bytes]:
     """Status and body of an answer."""
     connection.sendall(f"{head}\r\nHost: localhost\r\nContent-Length: {len(body)}\r\n\r\n".encode() + body)

@@ -8,8 +8,8 @@ from fitting.constraints import Constraints
 from fitting.coordinates import SIZES, names_of, values_of
 from fitting.covariance import Linear, StepCovariance
 from fitting.coverage import arcs_of
+from fitting.evidence import Evidence
 from fitting.intervals import Profiles, direction_of, intervals_of, position_of
-from fitting.judge import Evidence
 from fitting.optimum import Optimum
 from fitting.primitives import Primitive
 from fitting.uncertainty import CorrelatedNoise, Interval, Spread, Uncertainty

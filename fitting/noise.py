@@ -57,6 +57,10 @@ SCALE_AT_REST = 1e-14
 """Relative change of a scale that ends its rounds."""
 
 
+ROUNDING_NOISE = 0.3
+"""Standard deviation of a rounded coordinate, in steps: 1 / sqrt 12."""
+
+
 @dataclass(frozen=True)
 class Rounding:
     """How finely coordinates are written down, in their unit.

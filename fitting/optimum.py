@@ -10,11 +10,11 @@ from fitting.cloud import WORKING_POINTS, Cloud
 from fitting.constraints import Constraints
 from fitting.coordinates import derivative, is_length, names_of, values_of
 from fitting.covariance import Linear, StepCovariance
+from fitting.evidence import Evidence
 from fitting.geometry import Array
-from fitting.judge import ROUNDING_NOISE, Evidence
 from fitting.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
 from fitting.limits import Limits, dof_within, moved
-from fitting.noise import core_scale, is_normal
+from fitting.noise import ROUNDING_NOISE, core_scale, is_normal
 from fitting.primitives import Primitive
 from fitting.profile import Cost
 from fitting.refine import linearize

@@ -365,3 +365,17 @@ def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> 
             primitive, cloud.points, kernel, scale, factors=cloud.factors, limits=limits
         ).primitive
     return primitive
+
+
+def distance_to(kind: str, surface: Primitive, cloud: Cloud, rng: np.random.Generator) -> float:
+    """How far the nearest surface of a kind is from another one where the cloud is: rms of the feet of some points.
+
+    A few robust steps of each start on points without noise, and with their true normals.
+    """
+    points = cloud.working[cloud.sample[:GUESS_POINTS]]
+    feet = points - surface.signed_distance(points)[:, None] * surface.gradient(points)
+    guesses = PRIMITIVES[kind].initial_guesses(feet, surface.gradient(feet), rng)
+    _, distances = _settled(kind, guesses, feet, cloud.tolerance, RANKING_STEPS, None)
+    if not len(distances):
+        return np.inf
+    return float(np.sqrt(np.min(np.mean(distances**2, axis=1))))

@@ -26,11 +26,13 @@ from numpy.typing import NDArray
 from fitting.bending import bent
 from fitting.cloud import Cloud
 from fitting.geometry import TINY, Array
-from fitting.nesting import LARGEST_TURN
 from fitting.primitives import Primitive
 from fitting.programme import SLACK, Linear, linear_programme
 from fitting.refine import linearize_along, stepped
 from fitting.result import FailedFit
+
+LARGEST_TURN = 0.11
+"""By what angle [rad] the normals of what passes for a plane may turn over its length."""
 
 STEPS = 80
 """Accepted and refused steps after which a start is given up."""

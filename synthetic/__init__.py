@@ -1,9 +1,17 @@
-"""Labelled point clouds on demand: like those of the SHREC 2022 benchmark, of a virtual scanner, of foreign
-shapes."""
+"""Labelled point clouds on demand: like those of the SHREC 2022 benchmark, of a virtual scanner, of
+named sensors, of foreign shapes."""
 
 from synthetic.clouds import SyntheticCloud
 from synthetic.draw import cloud, clouds
-from synthetic.recipes import PERTURBATIONS, RECIPES, BenchmarkRecipe, ForeignRecipe, Recipe, ScannerRecipe
+from synthetic.recipes import (
+    PERTURBATIONS,
+    RECIPES,
+    BenchmarkRecipe,
+    ForeignRecipe,
+    Recipe,
+    ScannerRecipe,
+    SensorRecipe,
+)
 from synthetic.shrec import batch, sample_cloud
 
 __all__ = [
@@ -13,6 +21,7 @@ __all__ = [
     "ForeignRecipe",
     "Recipe",
     "ScannerRecipe",
+    "SensorRecipe",
     "SyntheticCloud",
     "batch",
     "cloud",

@@ -1,6 +1,7 @@
 """What every generator hands out."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,10 @@ class SyntheticCloud:
     kind : the kind of the primitive, or the name of the foreign shape
     perturbation : "A0" to "A9" for benchmark clouds, else empty
     exact_share : share of the points that nothing moved from the surface, not even rounding
-    family : "benchmark", "scanner" or "foreign"
-    noise : standard deviation of the noise along the ray, over the points that are no outliers; None where
-        there is no single one (benchmark clouds: `exact_share` and the perturbation say more)
+    family : "benchmark", "scanner", "sensor" or "foreign"
+    noise : standard deviation of the noise along the ray, over the points that are no outliers; of a sensor's
+        cloud their root mean square distance from the surface, by all effects; None where there is no single
+        one (benchmark clouds: `exact_share` and the perturbation say more)
     correlation : distance, in rays of a scanner's grid, at which the noise is correlated by 1/e; 0: white
     outlier_share : share of the points that do not belong to the surface, mixed pixels included
     outliers : mask (N,) of those points, or None for benchmark clouds
@@ -31,6 +33,11 @@ class SyntheticCloud:
     stations : positions (S, 3) of the scanner, or None
     station : which of them saw each point, (N,), or None
     extent : the diagonal of the bounding box of the surface points before noise, or None
+    sensor : the name of the sensor, of a sensor's cloud (`synthetic.sensors`), else empty
+    effects : of a sensor's cloud what each effect did, by name: the root mean square by which it moved the
+        points or, of fringes, tails and gross outliers, the share of the points
+    field_range : of a sensor's cloud the distance at which the largest of its random fields over the surface
+        is correlated by 1/e, else None
     """
 
     points: NDArray[np.float64]
@@ -48,3 +55,6 @@ class SyntheticCloud:
     stations: NDArray[np.float64] | None = None
     station: NDArray[np.intp] | None = None
     extent: float | None = None
+    sensor: str = ""
+    effects: Mapping[str, float] = field(default_factory=dict)
+    field_range: float | None = None

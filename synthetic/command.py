@@ -1,7 +1,7 @@
 """`primfit synth`: clouds of a recipe in the layout of the SHREC 2022 track, with a picture of a sample."""
 
 import csv
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,8 @@ ATTRIBUTES = (
     "extent",
 )
 """What `attributes.csv` says of each cloud; empty where it is not known."""
+SENSOR_ATTRIBUTES = ("sensor", "field_range", "effects")
+"""And of a sensor's cloud besides; the effects as `name=size` with semicolons between them."""
 
 
 class UnknownRecipeError(ValueError):
@@ -37,12 +39,14 @@ class UnknownRecipeError(ValueError):
         super().__init__(f"there is no recipe {name!r}; there are {', '.join(RECIPES)}")
 
 
-def write(drawn: Iterable[SyntheticCloud], out: Path) -> list[SyntheticCloud]:
+def write(
+    drawn: Iterable[SyntheticCloud], out: Path, columns: tuple[str, ...] = ATTRIBUTES
+) -> list[SyntheticCloud]:
     """Write clouds and truth under a folder; returns the first ones, to be pictured.
 
     `clouds/pointCloud{i}.txt` holds `x,y,z` a line, from i = 1, `ground_truth.csv` a row `i,label,parameters`
-    for each cloud that is a primitive, and `attributes.csv` a row for each cloud. Numbers are written so that
-    they are read back to the last bit.
+    for each cloud that is a primitive, and `attributes.csv` a row of `columns` for each cloud. Numbers are
+    written so that they are read back to the last bit.
     """
     (out / "clouds").mkdir(parents=True, exist_ok=True)
     first: list[SyntheticCloud] = []
@@ -51,14 +55,14 @@ def write(drawn: Iterable[SyntheticCloud], out: Path) -> list[SyntheticCloud]:
         (out / "attributes.csv").open("w", newline="") as attributes_file,
     ):
         truths, attributes = (csv.writer(f, lineterminator="\n") for f in (truth_file, attributes_file))
-        attributes.writerow(("i", "n_points", *ATTRIBUTES))
+        attributes.writerow(("i", "n_points", *columns))
         for i, cloud in enumerate(drawn, start=1):
             lines = (",".join(map(repr, row)) for row in cloud.points.tolist())
             (out / "clouds" / f"pointCloud{i}.txt").write_text("\n".join(lines) + "\n")
             if cloud.primitive is not None:
                 label, numbers = to_vector(cloud.primitive)
                 truths.writerow((i, label, *numbers))
-            attributes.writerow((i, len(cloud.points), *(_cell(cloud, name) for name in ATTRIBUTES)))
+            attributes.writerow((i, len(cloud.points), *(_cell(cloud, name) for name in columns)))
             if len(first) < PICTURED:
                 first.append(cloud)
     return first
@@ -66,6 +70,8 @@ def write(drawn: Iterable[SyntheticCloud], out: Path) -> list[SyntheticCloud]:
 
 def _cell(cloud: SyntheticCloud, name: str) -> Any:
     value = getattr(cloud, name)
+    if isinstance(value, Mapping):
+        return "; ".join(f"{effect}={size:.6g}" for effect, size in value.items())
     return "" if value is None else float(value) if isinstance(value, np.floating) else value
 
 
@@ -79,7 +85,8 @@ def synth(recipe: str, out: Path, n: int = 100, seed: int = 0, picture: bool = T
         raise UnknownRecipeError(recipe)
     if picture:
         require_matplotlib()
-    first = write(clouds(replace(RECIPES[recipe], seed=seed), n), out)
+    columns = (*ATTRIBUTES, *SENSOR_ATTRIBUTES) if recipe == "sensor" else ATTRIBUTES
+    first = write(clouds(replace(RECIPES[recipe], seed=seed), n), out, columns)
     if picture:
         draw(first, out / "sample.png")
     return f"{n} clouds of the recipe {recipe}, seed {seed}, in {out}"

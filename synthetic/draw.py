@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 from synthetic.clouds import SyntheticCloud
 from synthetic.foreign import foreign_cloud
-from synthetic.recipes import BenchmarkRecipe, ForeignRecipe, Recipe
+from synthetic.recipes import BenchmarkRecipe, ForeignRecipe, Recipe, SensorRecipe
 from synthetic.scanner import scanner_cloud
+from synthetic.sensing import sensor_cloud
 from synthetic.shrec import benchmark_cloud
 
 
@@ -15,6 +16,8 @@ def cloud(recipe: Recipe, index: int) -> SyntheticCloud:
         return benchmark_cloud(recipe, index)
     if isinstance(recipe, ForeignRecipe):
         return foreign_cloud(recipe, index)
+    if isinstance(recipe, SensorRecipe):
+        return sensor_cloud(recipe, index)
     return scanner_cloud(recipe, index)
 
 

@@ -55,7 +55,10 @@ def title(cloud: SyntheticCloud) -> str:
         done.append(f"{100 * cloud.outlier_share:.0f} % out")
     if cloud.arc is not None:
         done.append(f"{cloud.arc:.0f}°")
-    return f"{cloud.kind.replace('_', ' ')}, {len(cloud.points):,} points\n{', '.join(done) or 'clean'}"
+    seen_by = f" ({cloud.sensor})" if cloud.sensor else ""
+    return (
+        f"{cloud.kind.replace('_', ' ')}{seen_by}, {len(cloud.points):,} points\n{', '.join(done) or 'clean'}"
+    )
 
 
 def _draw_cloud(axes: Any, cloud: SyntheticCloud, rng: np.random.Generator) -> None:

@@ -50,6 +50,11 @@ def _check_points(points: Range) -> None:
         raise ValueError(f"points must be at least 10, not {points.low}")
 
 
+def _check_outliers(outliers: Range) -> None:
+    if not 0.0 <= outliers.low <= outliers.high < 1.0:
+        raise ValueError(f"outliers must be shares below 1, not {outliers}")
+
+
 @dataclass(frozen=True)
 class BenchmarkRecipe:
     """Benchmark-like clouds: cloud `i` depends on `seed` and `i` alone.
@@ -105,8 +110,7 @@ class ScannerRecipe:
     def __post_init__(self) -> None:
         _check(self.seed, kinds=(self.kinds, KINDS))
         _check_points(self.points)
-        if not 0.0 <= self.outliers.low <= self.outliers.high < 1.0:
-            raise ValueError(f"outliers must be shares below 1, not {self.outliers}")
+        _check_outliers(self.outliers)
         if not 0.0 < self.arc.low <= self.arc.high <= 360.0:
             raise ValueError(f"arc must lie within 0 and 360 degrees, not {self.arc}")
 
@@ -131,7 +135,50 @@ class ForeignRecipe:
         _check_points(self.points)
 
 
-Recipe = BenchmarkRecipe | ScannerRecipe | ForeignRecipe
+SENSORS = (
+    "structured light",
+    "stereo",
+    "time of flight",
+    "phone",
+    "spinning",
+    "terrestrial",
+    "laser line",
+    "fringe",
+    "photogrammetry",
+    "fused mesh",
+    "contact",
+)
+
+
+@dataclass(frozen=True)
+class SensorRecipe:
+    """Clouds of named sensors (`synthetic.sensing`): cloud `i` depends on `seed` and `i` alone.
+
+    Attributes
+    ----------
+    kinds : they take turns
+    sensors : drawn with equal chances, until one sees a part of the kind so that it can be told
+    points : number of points, log-uniform
+    many, share_of_many : the same, of a few larger clouds, and how many these are
+    outliers : share of gross outliers, uniform; none at all in a share `without_outliers` of the clouds
+    """
+
+    seed: int = 0
+    kinds: tuple[str, ...] = KINDS
+    sensors: tuple[str, ...] = SENSORS
+    points: Range = Range(50, 20_000)
+    many: Range = Range(20_000, 200_000)
+    share_of_many: float = 0.05
+    outliers: Range = Range(0.0, 0.03)
+    without_outliers: float = 0.6
+
+    def __post_init__(self) -> None:
+        _check(self.seed, kinds=(self.kinds, KINDS), sensors=(self.sensors, SENSORS))
+        _check_points(self.points)
+        _check_outliers(self.outliers)
+
+
+Recipe = BenchmarkRecipe | ScannerRecipe | SensorRecipe | ForeignRecipe
 
 RECIPES: dict[str, Recipe] = {
     "benchmark": BenchmarkRecipe(seed=0),
@@ -146,6 +193,7 @@ RECIPES: dict[str, Recipe] = {
         decidable=False,
     ),
     "scanner-large": ScannerRecipe(points=Range(20_000, 1_000_000)),
+    "sensor": SensorRecipe(),
     "foreign": ForeignRecipe(),
 }
 """By name; `dataclasses.replace(RECIPES[name], seed=...)` draws other clouds of the same laws."""

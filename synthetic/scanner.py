@@ -209,8 +209,11 @@ def cast(patch: Patch, mode: Mode, window: Window, rows: int, columns: int) -> V
     )
 
 
-def set_up(rng: Generator, patch: Patch, mode: Mode) -> Array:
-    """A place for a station: outside on the side that the piece faces, or on the hollow side of it."""
+def set_up(rng: Generator, patch: Patch, mode: Mode, distance: float | None = None) -> Array:
+    """A place for a station: outside on the side that the piece faces, or on the hollow side of it.
+
+    At this distance from the middle of the piece; None: as `STANDOFF` has it.
+    """
     targets = patch.sample(rng, 64)
     normals = patch.primitive.gradient(targets)
     if mode == "hollow":
@@ -227,12 +230,12 @@ def set_up(rng: Generator, patch: Patch, mode: Mode) -> Array:
     direction += 2.0 * faced * np.linalg.norm(direction)
     if isinstance(patch.primitive, Plane):
         direction[2] *= rng.choice([-1.0, 1.0])
-    return center + log_uniform(rng, STANDOFF) * radius * direction / np.linalg.norm(direction)
+    away = log_uniform(rng, STANDOFF) * radius if distance is None else distance
+    return center + away * direction / np.linalg.norm(direction)
 
 
-def look(rng: Generator, patch: Patch, mode: Mode, wanted: int) -> View | None:
-    """About `wanted` hits, or slightly more, from a new station; None where it sees next to nothing."""
-    window = window_at(rng, set_up(rng, patch, mode), patch.sample(rng, 256))
+def aim(patch: Patch, mode: Mode, window: Window) -> tuple[Window, float] | None:
+    """The window narrowed to what is seen of the piece, and the share of its rays that hit; None: too few."""
     for _ in range(2):
         coarse = cast(patch, mode, window, COARSE, COARSE)
         if len(coarse.ray) < 4:
@@ -241,8 +244,16 @@ def look(rng: Generator, patch: Patch, mode: Mode, wanted: int) -> View | None:
         seen.ravel()[coarse.ray] = True
         window = window.narrowed(seen)
     cover = len(cast(patch, mode, window, COARSE, COARSE).ray) / COARSE**2
-    if cover < 0.01:
+    return (window, cover) if cover >= 0.01 else None
+
+
+def look(rng: Generator, patch: Patch, mode: Mode, wanted: int) -> View | None:
+    """About `wanted` hits, or slightly more, from a new station; None where it sees next to nothing."""
+    window = window_at(rng, set_up(rng, patch, mode), patch.sample(rng, 256))
+    aimed = aim(patch, mode, window)
+    if aimed is None:
         return None
+    window, cover = aimed
     rays = OVERSAMPLED * wanted / cover + 9
     ratio = log_uniform(rng, LINE_RATIO)
     wide, high = np.subtract(*window.azimuth[::-1]), np.subtract(*window.elevation[::-1])
@@ -357,6 +368,7 @@ def arc_of(patch: Patch, points: Array) -> float | None:
     if isinstance(patch.primitive, Plane):
         return None
     if isinstance(patch.primitive, Sphere):
+        points = points / patch.primitive.radius
         middle = points.mean(axis=0)
         cosine = points @ np.column_stack([Z_AXIS, middle / np.linalg.norm(middle)])
         return float(2 * np.degrees(np.arccos(np.clip(cosine.min(axis=0).max(), -1.0, 1.0))))

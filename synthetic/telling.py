@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 
 from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 from synthetic.canonical import ORIGIN, Z_AXIS
@@ -38,8 +38,8 @@ def from_sphere(points: Array) -> float:
     return float(np.sqrt(np.mean((np.linalg.norm(centered - center, axis=1) - radius) ** 2)))
 
 
-def nearest(start: Primitive, points: Array) -> float:
-    """Root mean square distance of the points from the surface of this kind that is nearest, near the start.
+def settled(start: Primitive, points: Array) -> OptimizeResult:
+    """The surface of this kind that is nearest to the points, near the start: distances `fun`, their `jac`.
 
     A cylinder or a cone; least squares over tilts of the axis, shifts across it, and what the kind adds.
     """
@@ -55,8 +55,12 @@ def nearest(start: Primitive, points: Array) -> float:
         moved[6] = np.clip(moved[6], 1e-3, 1.5) if isinstance(start, Cone) else 0.0
         return type(start).from_row(moved).signed_distance(points)
 
-    found = least_squares(distances, np.zeros(4 + len(free)), method="lm", xtol=1e-4, ftol=1e-4, max_nfev=150)
-    return float(np.sqrt(2.0 * found.cost / len(points)))
+    return least_squares(distances, np.zeros(4 + len(free)), method="lm", xtol=1e-4, ftol=1e-4, max_nfev=150)
+
+
+def nearest(start: Primitive, points: Array) -> float:
+    """Root mean square distance of the points from what `settled` finds."""
+    return float(np.sqrt(2.0 * settled(start, points).cost / len(points)))
 
 
 def outward(points: Array) -> Array:

@@ -8,11 +8,13 @@ from collections.abc import Iterator
 
 from app.readers.cloud import Cloud, canonical
 from app.readers.limits import UNLIMITED, Limits
-from app.readers.lines import check_lines, lines, load_triples
+from app.readers.lines import check_lines, decoded, lines, load_triples
 from app.readers.mesh import build_mesh
 
 _HEAD = 1024 * 1024
 _KEYWORDS = {"v", "vn", "vt", "vp", "f", "l", "p", "o", "g", "s", "mtllib", "usemtl"}
+# A line that holds more than white space and a comment.
+_TOLD = re.compile(r"^[^\S\n]*+[^\s#].*", re.MULTILINE)
 _NUMBER = rb"[ \t]+[-+]?\.?\d[^\s]*"
 _VERTEX = re.compile(rb"^[ \t]*v" + 3 * _NUMBER, re.MULTILINE)
 
@@ -22,12 +24,11 @@ def is_obj(data: memoryview) -> bool:
 
     No table passes: its rows start with numbers, and a header names the coordinates.
     """
-    for line in lines(bytes(data[:_HEAD])):
-        words = line.partition("#")[0].split()
-        if words:
-            is_header = {"x", "y", "z"} <= {canonical(word) for word in words}
-            return words[0] in _KEYWORDS and not is_header and _VERTEX.search(data[:_HEAD]) is not None
-    return False
+    told = _TOLD.search(decoded(bytes(data[:_HEAD])))
+    words = told[0].partition("#")[0].split() if told else []
+    if not words or words[0] not in _KEYWORDS or {"x", "y", "z"} <= {canonical(word) for word in words}:
+        return False
+    return _VERTEX.search(data[:_HEAD]) is not None
 
 
 def read_obj(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
@@ -36,7 +37,7 @@ def read_obj(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
     text = bytes(data)
 
     def rows(keyword: str) -> Iterator[tuple[int, str]]:
-        for number, line in enumerate(lines(text), 1):
+        for number, line in lines(text, re.compile(rf"^[^\S\n]*+{keyword}[ \t]", re.MULTILINE)):
             if line.lstrip().startswith((f"{keyword} ", f"{keyword}\t")):
                 yield number, line
 

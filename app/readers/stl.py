@@ -60,7 +60,7 @@ def _read_ascii(data: memoryview) -> Array:
     text = bytes(data)
 
     def rows(keyword: str) -> Iterator[tuple[int, str]]:
-        for number, line in enumerate(lines(text), 1):
+        for number, line in lines(text, re.compile(rf"(?i)^[^\S\n]*+{keyword}", re.MULTILINE)):
             if line.lstrip()[: len(keyword)].lower() == keyword:
                 yield number, line
 

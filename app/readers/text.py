@@ -4,6 +4,7 @@ import csv
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -22,12 +23,14 @@ from app.readers.cloud import (
 )
 from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 from app.readers.limits import UNLIMITED, Limits
-from app.readers.lines import COUNTED, check_lines, counted, is_number, lines
+from app.readers.lines import COUNTED, check_lines, counted, decoded, is_number, lines
 
 _SAMPLE = 20
 _HEAD = 1024 * 1024
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _COMMENT = re.compile("#|//")
+# A line that holds more than white space and a comment.
+_ROW = re.compile(r"^[^\S\n]*+(?!#|//)\S.*", re.MULTILINE)
 _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
 _DELIMITER_NAMES = {",": "comma", ";": "semicolon", "\t": "tab", None: "white space"}
 
@@ -80,17 +83,9 @@ def _labels(cells: list[str]) -> NDArray[Any]:
 
 def _look(text: bytes, labels: str | None) -> _Layout:
     """Delimiter, header and columns from the first lines."""
-    sample: list[tuple[int, str]] = []
-    comments: list[str] = []
     start = text if len(text) <= _HEAD else text[: text.rfind(b"\n", 0, _HEAD)]
-    for number, line in enumerate(lines(start), 1):
-        row = _COMMENT.split(line, maxsplit=1)[0].strip()
-        if row:
-            sample.append((number, row))
-        elif line.strip() and not sample:
-            comments = [line.strip()]
-        if len(sample) == _SAMPLE:
-            break
+    head = decoded(start)
+    sample = _sample(head)
     if not sample:
         where = "file holds" if start is text else "first MiB holds"
         raise InvalidPointsError("file", f"the {where} no points")
@@ -100,13 +95,13 @@ def _look(text: bytes, labels: str | None) -> _Layout:
     if announced is not None:
         del sample[0]
     delimiter = _delimiter([line for _, line in sample])
-    head = _cells(sample[0][1], delimiter)
-    has_header = not any(is_number(cell) for cell in head)
+    first_cells = _cells(sample[0][1], delimiter)
+    has_header = not any(is_number(cell) for cell in first_cells)
     if has_header and len(sample) == 1:
         raise InvalidPointsError("file", "the file holds no rows of numbers")
     first_line, first = sample[1] if has_header else sample[0]
     width = len(_cells(first, delimiter))
-    names = head if has_header else _commented_header(comments, delimiter, width)
+    names = first_cells if has_header else _commented_header(_last_comment(head), delimiter, width)
     if names is None:
         _refuse_decimal_comma_pairs([line for _, line in sample], delimiter)
         return _Layout(delimiter, first_line, width, _count_columns(width, labels), announced)
@@ -115,6 +110,21 @@ def _look(text: bytes, labels: str | None) -> _Layout:
             "header", f"the header names {len(names)} columns, line {first_line} holds {width}"
         )
     return _Layout(delimiter, first_line, width, find_columns(names, labels), announced)
+
+
+def _sample(head: str) -> list[tuple[int, str]]:
+    """Line number and text of the first rows, without comments."""
+    return [
+        (1 + head.count("\n", 0, row.start()), _COMMENT.split(row[0], maxsplit=1)[0].strip())
+        for row in islice(_ROW.finditer(head), _SAMPLE)
+    ]
+
+
+def _last_comment(head: str) -> str:
+    """The last line that says something before the first row; empty where there is none."""
+    row = _ROW.search(head)
+    before = head[: row.start()] if row else head
+    return before.rstrip().rpartition("\n")[2].strip()
 
 
 def _announced(sample: list[tuple[int, str]]) -> int | None:
@@ -165,13 +175,12 @@ def _refuse_decimal_comma_pairs(lines: list[str], delimiter: str | None) -> None
         )
 
 
-def _commented_header(comments: list[str], delimiter: str | None, width: int) -> list[str] | None:
+def _commented_header(comment: str, delimiter: str | None, width: int) -> list[str] | None:
     """Names in the last comment before the rows, as `# x y z` and `//X Y Z`."""
-    for line in comments:
-        bare = line.lstrip("/# ")
-        for names in (_cells(bare, delimiter), bare.split()):
-            if len(names) == width and {"x", "y", "z"} <= {canonical(name) for name in names}:
-                return names
+    bare = comment.lstrip("/# ")
+    for names in (_cells(bare, delimiter), bare.split()):
+        if len(names) == width and {"x", "y", "z"} <= {canonical(name) for name in names}:
+            return names
     return None
 
 
@@ -189,7 +198,7 @@ def _cells(line: str, delimiter: str | None) -> list[str]:
 def _rows(text: bytes, layout: _Layout) -> Iterator[tuple[int, str]]:
     """Line number and text of each row, without comments, blank lines and trailing delimiters."""
     tail = layout.delimiter or " "
-    for number, line in enumerate(lines(text), 1):
+    for number, line in lines(text, _ROW):
         if number < layout.first_line:
             continue
         if "#" in line or "//" in line:

@@ -25,12 +25,14 @@ class Answer:
     primitive : the answer in the units of the input; None where there is none
     note : what the record keeps besides; may be empty
     attempts : the kinds that were fitted, in order, where the method tells
+    alternatives : the other kinds that an `ambiguous` answer names, the likeliest first
     """
 
     status: Status
     primitive: Primitive | None
     note: str = ""
     attempts: tuple[str, ...] = ()
+    alternatives: tuple[str, ...] = ()
 
 
 class Method(Protocol):

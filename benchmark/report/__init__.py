@@ -11,6 +11,7 @@ from benchmark.report.data import Data, NoRecordsError
 from benchmark.report.details import details
 from benchmark.report.pictures import MissingMatplotlibError
 from benchmark.report.proofs import proven
+from benchmark.report.scans import FIRST, first
 
 __all__ = ["MissingMatplotlibError", "NoRecordsError", "write"]
 
@@ -26,10 +27,12 @@ def write(file: RecordsFile, out: Path) -> Path:
     pictures.require_matplotlib()
     data = Data.of(file)
     drawn = pictures.draw(data, out / "images")
-    parts: list[Iterable[str]] = [sections.head(data), held_to(data)]
+    parts: list[Iterable[str]] = [sections.head(data)]
+    parts += [first(data, set_) for set_ in FIRST if set_ in data.sets]
+    parts += [held_to(data)]
     parts += [proven(ProofsFile(file.path.parent).read())]
     parts += [sections.at_a_glance(data, drawn), sections.behind(data)]
-    parts += [sections.of_set(data, set_, drawn) for set_ in data.sets]
+    parts += [sections.of_set(data, set_, drawn) for set_ in data.sets if set_ not in FIRST]
     parts += [sections.methods(data), [sections.MEASURES]]
     _write(out / "benchmark-details.md", [details(data)])
     return _write(out / "benchmark.md", parts)

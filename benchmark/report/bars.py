@@ -1,78 +1,32 @@
 """What the estimator is held to: each bar beside the figure that was measured."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from benchmark.cases import AMBIGUOUS, CLEAR, OBJECTS, ROUND
 from benchmark.pieces import NOISE_LAWS
 from benchmark.records import Record
-from benchmark.report.data import OURS, Data
-from benchmark.report.markdown import NOTHING, percent, scientific, table
-from benchmark.scores import EXACT, is_exact, over_least_squares, share, spread, standard_errors
+from benchmark.report.bar import (
+    STANDARD_ERRORS,
+    Bar,
+    Figure,
+    Records,
+    at_least,
+    at_most,
+    has_status,
+    is_right,
+)
+from benchmark.report.data import FOLDERS, OURS, Data
+from benchmark.report.markdown import NOTHING, scientific, table
+from benchmark.report.scan_bars import SCAN_BARS, SHAPE_BARS
+from benchmark.scores import EXACT, is_exact, over_least_squares, spread, standard_errors
 from benchmark.track import TRACK
 from fitting.primitives import KINDS
-
-Records = Sequence[Record]
-
-STANDARD_ERRORS = 3.0
-"""As many are no accident."""
-
-
-@dataclass(frozen=True)
-class Figure:
-    """What was measured; `met` is None where the records do not tell."""
-
-    text: str
-    met: bool | None
-    clouds: int
-
-
-@dataclass(frozen=True)
-class Bar:
-    """One line: which clouds, what is asked, and how it is measured of their records.
-
-    Attributes
-    ----------
-    levels : of each group named, the only one that is looked at; (group, level, whether it is that one)
-    """
-
-    case: str
-    bar: str
-    sets: tuple[str, ...]
-    measure: Callable[[Records], Figure]
-    levels: tuple[tuple[str, object, bool], ...] = ()
-
-    def concerns(self, record: Record) -> bool:
-        at = all((record.groups.get(group) == level) is asked for group, level, asked in self.levels)
-        return record.set in self.sets and at
-
-
-def at_least(least: float, holds: Callable[[Record], bool]) -> Callable[[Records], Figure]:
-    """On a share of the clouds something holds."""
-    return lambda records: _share(records, holds, lambda found: found >= least)
-
-
-def at_most(most: float, holds: Callable[[Record], bool]) -> Callable[[Records], Figure]:
-    return lambda records: _share(records, holds, lambda found: found <= most)
-
-
-def _share(records: Records, holds: Callable[[Record], bool], met: Callable[[float], bool]) -> Figure:
-    found = share(records, holds)
-    return Figure(percent(found), met(found), len(records))
-
-
-def is_right(record: Record) -> bool:
-    return record.right
 
 
 def below(error: str, most: float) -> Callable[[Record], bool]:
     return lambda record: record.error(error) < most
-
-
-def has_status(status: str) -> Callable[[Record], bool]:
-    return lambda record: record.status == status
 
 
 def times_least_squares(most: float) -> Callable[[Records], Figure]:
@@ -146,6 +100,7 @@ def _radius_errors(records: Records) -> Iterator[tuple[str, np.ndarray]]:
 A9 = ("perturbation", "A9")
 
 BARS: tuple[Bar, ...] = (
+    *SCAN_BARS,
     Bar("real clouds", "all right", (TRACK,), at_least(1.0, is_right)),
     Bar(
         "real clouds",
@@ -245,13 +200,15 @@ BARS: tuple[Bar, ...] = (
         radius_beside_reference,
         (("noise", NOISE_LAWS[1], True),),
     ),
+    *SHAPE_BARS,
 )
 """In the order of the table."""
 
 
 def held_to(data: Data) -> Iterator[str]:
-    """The table of all bars, but those of a folder of real clouds where there are none."""
-    bars = [bar for bar in BARS if bar.sets != (TRACK,) or TRACK in data.sets]
+    """The table of all bars, but those of folders that there are no records of."""
+    left_out = set(FOLDERS) - set(data.sets)
+    bars = [bar for bar in BARS if not left_out.issuperset(bar.sets)]
     figures = [_figure(bar, data.of_method(OURS)) for bar in bars]
     yield "## What the estimator is held to"
     yield ""

@@ -27,8 +27,15 @@ BARS = {
     "correlated": (0.90, 0.98),
     "arcs": (0.90, 0.98),
     "correlated arcs": (0.90, 0.98),
+    "along the ray": (0.92, 0.98),
+    "exponential": (0.92, 0.98),
+    "wavy": (0.92, 0.98),
+    "bowed": (0.92, 1.0),
 }
 """Between which the share of intervals that hold the truth should lie; few points have no bar."""
+
+ROWS = 2
+"""Of the picture."""
 
 WITH_INTERVALS = tuple(law for law in LAWS if law != "minimal")
 
@@ -51,7 +58,7 @@ def _lines(found: Sequence[Outcome], command: str) -> list[str]:
         "",
         "## How many of the 95 % intervals hold the truth",
         "",
-        *table(("noise", "kind", "clouds", *NUMBERS), _coverage_rows(found), 2),
+        *table(("noise", "kind", "clouds", "no_fit", *NUMBERS), _coverage_rows(found), 2),
         "",
         "Behind the stroke: root mean square error over the Cramér-Rao value, where no interval is a "
         "profile. *Clouds*: answered with intervals, of those drawn.",
@@ -75,7 +82,8 @@ def _coverage_rows(found: Sequence[Outcome]) -> list[list[str]]:
                 continue
             seen = [each for each in drawn if each.covered]
             cells = [_cell(seen, number) for number in NUMBERS]
-            rows.append([law, kind, f"{len(seen)} of {len(drawn)}", *cells])
+            refused = percent(float(np.mean([each.status == "no_fit" for each in drawn])))
+            rows.append([law, kind, f"{len(seen)} of {len(drawn)}", refused, *cells])
     return rows
 
 
@@ -104,9 +112,9 @@ def _draw(found: Sequence[Outcome], path: Path) -> None:
     """A point for each kind and number, by the noise, with the bars."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9.0, 3.6), dpi=120, layout="constrained")
-    axes = figure.subplots(1, len(WITH_INTERVALS), sharey=True)
-    for panel, law in zip(axes, WITH_INTERVALS, strict=True):
+    figure = Figure(figsize=(9.0, 3.2 * ROWS), dpi=120, layout="constrained")
+    axes = figure.subplots(ROWS, -(-len(WITH_INTERVALS) // ROWS), sharex=True, sharey=True)
+    for panel, law in zip(axes.flat, WITH_INTERVALS, strict=True):
         if law in BARS:
             panel.axhspan(*(100.0 * bar for bar in BARS[law]), color=FAINT, zorder=0)
         panel.axhline(95.0, color=INK, linewidth=0.8)
@@ -121,5 +129,5 @@ def _draw(found: Sequence[Outcome], path: Path) -> None:
         panel.set_title(law, fontsize=9)
         panel.set_xticks(range(len(KINDS)), KINDS, rotation=90, fontsize=8)
         panel.set_ylim(80.0, 100.5)
-    axes[0].set_ylabel("95 % intervals that hold the truth [%]", fontsize=8)
+    figure.supylabel("95 % intervals that hold the truth [%]", fontsize=8)
     figure.savefig(path, metadata={"Software": None})

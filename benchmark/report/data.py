@@ -8,11 +8,16 @@ import numpy as np
 
 from benchmark.cases import CASE_SETS, Description, Level
 from benchmark.methods import METHODS, PEERS
+from benchmark.real import DESCRIPTION as REAL_DESCRIPTION
+from benchmark.real import REAL
 from benchmark.records import Record, RecordsFile
 from benchmark.scores import grouped
 from benchmark.track import DESCRIPTION, TRACK
 
 OURS = "primfit"
+
+FOLDERS = {REAL: ("--real DIR", REAL_DESCRIPTION), TRACK: ("--shrec22 DIR", DESCRIPTION)}
+"""The sets that folders make: how a run is told of them, and what they are."""
 
 
 class NoRecordsError(ValueError):
@@ -54,9 +59,9 @@ class Data:
 
     @property
     def sets(self) -> list[str]:
-        """In the order of the registry, the track's clouds first."""
+        """In the order of the registry, those of folders first."""
         seen = {record.set for record in self.records}
-        return [name for name in (TRACK, *CASE_SETS) if name in seen]
+        return [name for name in (*FOLDERS, *CASE_SETS) if name in seen]
 
     def decides(self, method: str) -> bool:
         return bool(self.about[method]["decides_kind"])
@@ -98,7 +103,7 @@ class Data:
     def _command(self, set_: str, seed: int, records: Sequence[Record]) -> str:
         methods = [method for method in METHODS if method in {record.method for record in records}]
         count = len({record.case for record in records})
-        chosen = "--shrec22 DIR" if set_ == TRACK else f"--set {set_} --n {count} --seed {seed}"
+        chosen = FOLDERS[set_][0] if set_ in FOLDERS else f"--set {set_} --n {count} --seed {seed}"
         ours = [f"--method {method}" for method in methods if method not in PEERS]
         alone = ours == [f"--method {OURS}"]
         peers = ["--peers"] if any(method in PEERS for method in methods) else []
@@ -106,7 +111,7 @@ class Data:
 
 
 def described(set_: str) -> Description:
-    return DESCRIPTION if set_ == TRACK else CASE_SETS[set_].description
+    return FOLDERS[set_][1] if set_ in FOLDERS else CASE_SETS[set_].description
 
 
 def common(one: Sequence[Record], other: Sequence[Record]) -> tuple[list[Record], list[Record]]:

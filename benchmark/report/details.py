@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from benchmark.real import REAL
 from benchmark.records import SAMPLED, Record
 from benchmark.report import paper
 from benchmark.report.cells import five, level_name, macro_rates, measured, name_of, outcomes_of, rate_text
@@ -18,6 +19,9 @@ from benchmark.scores import (
     spread,
 )
 from fitting.primitives import KINDS
+
+WITHOUT_ERRORS = ("foreign", "sections", REAL)
+"""Sets of whose clouds most have no true surface, or none that is known."""
 
 
 def details(data: Data) -> Iterator[str]:
@@ -98,7 +102,7 @@ def by_group(data: Data, set_: str, group: str) -> Iterator[str]:
     header += [f"macro {rate}" for rate in paper.CLASSIFICATION] + [f"ms {name}" for name in FIVE]
     cells = [_outcomes(records, data.decides(method)) for _, method, records in rows]
     yield from table(header, [name + cell for name, cell in zip(names, cells, strict=True)], left=2)
-    if set_ == "foreign":
+    if set_ in WITHOUT_ERRORS:
         return
     yield ""
     yield f"Errors by {group}; the truth's own beside:"

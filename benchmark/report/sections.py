@@ -7,6 +7,7 @@ from benchmark.records import SAMPLED, Record
 from benchmark.report.beside_paper import beside_the_paper
 from benchmark.report.cells import level_name, measured, median, name_of, outcomes_of
 from benchmark.report.data import OURS, Data, common, described, median_seconds
+from benchmark.report.details import WITHOUT_ERRORS
 from benchmark.report.markdown import NOTHING, commands, count, milliseconds, percent, scientific, table
 from benchmark.scores import (
     CLOSE,
@@ -164,7 +165,7 @@ def of_set(data: Data, set_: str, drawn: Collection[str]) -> Iterator[str]:
     for group in data.groups(set_):
         yield from by_level(data, set_, group)
         yield ""
-    if set_ != "foreign":
+    if set_ not in WITHOUT_ERRORS:
         yield from errors_by_level(data, set_, data.groups(set_)[0])
         yield ""
     for name, shows in PICTURES.get(set_, {}).items():

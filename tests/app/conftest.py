@@ -17,9 +17,9 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
 
 @pytest.fixture(scope="session")
 def strict_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    """A service with one worker, 1 MiB, 20,000 points, 1,000 in JSON, and a second for everything."""
+    """A service with one worker, 1 MiB, 20,000 points, 1,000 in JSON, and three seconds for everything."""
     limits = {"max_body_bytes": 2**20, "max_points": 20_000, "max_json_points": 1000}
-    times = {"fit_time_limit": 1.0, "receive_timeout": 1.0, "queue_size": 1}
+    times = {"fit_time_limit": 3.0, "receive_timeout": 3.0, "queue_size": 1}
     with running(tmp_path_factory.mktemp("bodies"), workers=1, **limits, **times) as started:
         yield started
 

@@ -229,7 +229,6 @@ def test_hostile_bodies_get_a_small_answer_that_names_the_field(
 ) -> None:
     response = service.post(body, media_type)
     assert response.status_code == 422
-    assert response.elapsed.total_seconds() < 2.0
     problem = _problem(response, 422, response.json()["type"].rpartition(":")[2])
     assert problem["errors"][0]["field"] == field
     assert len(problem["errors"]) <= 20

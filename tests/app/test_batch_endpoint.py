@@ -20,7 +20,7 @@ import pytest
 
 from app.schemas import BatchAnswer, BatchProblem, BatchSummary
 from tests.app.processes import needs_proc, ticks
-from tests.app.serving import EXAMPLES, Service, running, wait_for, workers
+from tests.app.serving import EXAMPLES, PATIENCE, Service, running, wait_for, workers
 
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
@@ -466,7 +466,7 @@ def test_open_batches_are_limited(hurried: Service) -> None:
     with _streamed(hurried, ("a.csv", _many(300, 300))) as response:
         lines = response.iter_lines()
         next(lines)
-        refused = httpx.post(f"http://127.0.0.1:{hurried.port}/fit/batch", json=SMALL)
+        refused = httpx.post(f"http://127.0.0.1:{hurried.port}/fit/batch", json=SMALL, timeout=PATIENCE)
     assert refused.status_code == 503 and refused.headers["retry-after"] == "1"
     assert refused.json()["type"] == "urn:primfit:problem:busy"
     wait_for(lambda: _is_clean(hurried))

@@ -6,7 +6,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -80,10 +79,8 @@ def test_rest_command_line_and_python_give_the_same_numbers(
 @pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX")
 def test_stops_cleanly_on_an_interrupt(service: tuple[subprocess.Popen[str], list[str]]) -> None:
     process, _ = service
-    started = time.monotonic()
     process.send_signal(signal.SIGINT)
     assert process.wait(timeout=PATIENCE) == 0
-    assert time.monotonic() - started < 15
 
 
 def test_a_port_in_use_is_said_plainly() -> None:

@@ -1,10 +1,8 @@
 """The JSON body: strict, quick to refuse, and each refusal names the place."""
 
-import time
-
 import pytest
 
-from app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, read_json
+from app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, json_points, read_json
 
 
 def _points(rows: str) -> bytes:
@@ -83,22 +81,29 @@ def test_numbers_are_read_to_the_last_digit() -> None:
 
 
 @pytest.mark.parametrize("row", [b'["a", 1]', b'{"x": 1}', b"[1, 2, null]", b"[]", b'"x"'])
-def test_a_hundred_thousand_bad_rows_are_refused_at_once(row: bytes) -> None:
+def test_a_hundred_thousand_bad_rows_are_counted_and_few_of_them_described(
+    row: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    explained: list[str] = []
+    explain = json_points._explain_row
+    monkeypatch.setattr(
+        json_points, "_explain_row", lambda field, row: explained.append(field) or explain(field, row)
+    )
     body = b'{"points": [' + b",".join([row] * 100_000) + b"]}"
-    start = time.process_time()
     with pytest.raises(UnreadableFileError, match="100000 of 100000") as caught:
         read_json(memoryview(body), Limits(json_points=200_000))
-    assert time.process_time() - start < 1.0
     assert len(caught.value.errors) == 20
+    assert len(explained) <= 20
 
 
 @pytest.mark.parametrize("item", [b"[0,0,0]", b"[]", b"0", b"{}", b'""'])
-def test_more_than_the_limit_is_refused_before_it_is_built(item: bytes) -> None:
+def test_more_than_the_limit_is_refused_before_it_is_built(
+    item: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(json_points, "_parse", lambda body: pytest.fail("it was built"))
     body = b'{"points": [' + b",".join([item] * 5_000_000) + b"]}"
-    start = time.process_time()
     with pytest.raises(TooLargeError, match="limit is 200000 points"):
         read_json(memoryview(body), Limits(json_points=200_000))
-    assert time.process_time() - start < 1.0
 
 
 def test_one_point_over_the_limit_is_refused() -> None:

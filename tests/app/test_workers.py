@@ -5,12 +5,14 @@ import math
 import os
 import time
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from app.problems import BusyError, TimeLimitError, WorkerDiedError
 from app.workers import WorkerPool
+from tests.app.serving import PATIENCE
 
 
 async def _wanted() -> bool:
@@ -37,6 +39,12 @@ def _with_pool(
     asyncio.run(run())
 
 
+async def _until(condition: Callable[[], bool]) -> None:
+    async with asyncio.timeout(PATIENCE):
+        while not condition():
+            await asyncio.sleep(0.01)
+
+
 def test_jobs_are_done_in_another_process_one_after_the_other() -> None:
     async def use(pool: WorkerPool) -> None:
         assert await asyncio.gather(*(pool.run(float(n), _wanted) for n in (1, 4, 9))) == [1.0, 2.0, 3.0]
@@ -49,10 +57,8 @@ def test_jobs_are_done_in_another_process_one_after_the_other() -> None:
 def test_a_job_over_the_limit_is_killed_and_the_next_one_done() -> None:
     async def use(pool: WorkerPool) -> None:
         first = pool.greeting
-        start = time.monotonic()
         with pytest.raises(TimeLimitError, match=r"0\.3 s"):
             await pool.run(60.0, _wanted)
-        assert time.monotonic() - start < 30.0
         assert await pool.run(0.0, _wanted) is None
         assert pool.greeting != first
         assert pool.n_restarts == 1
@@ -69,20 +75,24 @@ def test_a_worker_that_ends_is_reported_and_replaced() -> None:
     _with_pool(os._exit, use)
 
 
-def test_more_than_may_wait_is_refused() -> None:
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="holds the worker up with a named pipe")
+def test_more_than_may_wait_is_refused(tmp_path: Path) -> None:
+    held, free = tmp_path / "held", tmp_path / "free"
+    os.mkfifo(held)
+    free.touch()
+
     async def use(pool: WorkerPool) -> None:
-        await pool.run(0.0, _wanted)
-        busy = asyncio.create_task(pool.run(0.5, _wanted))
-        await asyncio.sleep(0.1)
-        waiting = asyncio.create_task(pool.run(0.0, _wanted))
-        await asyncio.sleep(0.1)
-        assert (pool.n_busy, pool.n_waiting) == (1, 1)
+        busy = asyncio.create_task(pool.run(held, _wanted))
+        await _until(lambda: pool.n_busy == 1)
+        waiting = asyncio.create_task(pool.run(free, _wanted))
+        await _until(lambda: pool.n_waiting == 1)
         with pytest.raises(BusyError):
-            await pool.run(0.0, _wanted)
-        await asyncio.gather(busy, waiting)
+            await pool.run(free, _wanted)
+        await asyncio.to_thread(held.write_bytes, b"go on")
+        assert await asyncio.gather(busy, waiting) == [b"go on", b""]
         assert (pool.n_busy, pool.n_waiting, pool.n_restarts) == (0, 0, 0)
 
-    _with_pool(time.sleep, use, queue_size=1)
+    _with_pool(Path.read_bytes, use, queue_size=1)
 
 
 def test_an_abandoned_job_is_not_begun() -> None:

@@ -29,7 +29,7 @@ from benchmark.pieces import (
     noisy,
 )
 from fitting.primitives import KINDS, Sphere
-from synthetic.recipes import PERTURBATIONS, SHAPES
+from synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES
 
 FEW = 12
 
@@ -50,8 +50,8 @@ def test_cases_depend_on_seed_and_index_only(name):
 
 @pytest.mark.parametrize("name", [name for name in CASE_SETS if name != "foreign"])
 def test_most_points_lie_near_the_truth(name):
-    for index in range(FEW):
-        case = CASE_SETS[name].draw(1, index)
+    cases = [CASE_SETS[name].draw(1, index) for index in range(FEW)]
+    for case in (case for case in cases if case.truth):
         points = case.surface_points - case.points.mean(axis=0)
         truth = case.truth.transformed(np.eye(3), -case.points.mean(axis=0), 1.0)
         extent = np.linalg.norm(np.ptp(points, axis=0))
@@ -206,3 +206,15 @@ def test_pieces_of_120_degrees_are_as_wide_as_they_say():
         outward = case.truth.gradient(case.points)
         middle = outward.mean(axis=0) / np.linalg.norm(outward.mean(axis=0))
         assert np.degrees(np.arccos(np.min(outward @ middle))) == pytest.approx(60.0, abs=4.0)
+
+
+def test_sensors_are_grouped_by_points_and_by_sensor():
+    cases = [CASE_SETS["sensor"].draw(1, index) for index in range(20)]
+    assert {case.kind for case in cases} == set(KINDS)
+    bounds = dict(
+        zip(CASE_SETS["sensor"].description.groups["points"], (200, 1000, 5000, 20_000, np.inf), strict=True)
+    )
+    for case in cases:
+        assert len(case.points) <= bounds[case.groups["points"]]
+        assert case.groups["sensor"] in SENSORS and case.noise > 0.0
+        assert np.mean(case.outliers) < 0.25

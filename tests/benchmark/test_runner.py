@@ -34,7 +34,7 @@ def test_an_answer_comes_with_its_times(child):
     outcome = child.fit("right", sphere_case(), None, PATIENT)
     assert outcome.status == "fitted"
     assert outcome.primitive["kind"] == "sphere" and outcome.attempts == ("plane", "sphere")
-    assert 0.0 < outcome.seconds < 1.0 and outcome.cpu_seconds >= 0.0
+    assert outcome.seconds > 0.0 and outcome.cpu_seconds >= 0.0
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ class _Dead:
     pid = 0
 
 
-@pytest.mark.parametrize("name", ["fitting/judge.py", "fitting/_descent.pyx", "fitting/_surfaces.h"])
+@pytest.mark.parametrize("name", ["fitting/verdict.py", "fitting/_descent.pyx", "fitting/_surfaces.h"])
 def test_versions_tell_one_state_of_the_code_from_another(name, tmp_path, monkeypatch):
     monkeypatch.setattr(sources, "ROOT", tmp_path)
     files = [tmp_path / "benchmark/methods/primfit.py", tmp_path / name]

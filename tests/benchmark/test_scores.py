@@ -1,14 +1,18 @@
 """Rates and spreads against numbers worked out by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from benchmark.scores import (
     ANSWERS,
+    among,
     confusion,
     is_close,
     is_exact,
     macro,
+    named,
     over_least_squares,
     rates,
     share,
@@ -104,3 +108,19 @@ def test_standard_errors_by_hand():
         2.0
     )
     assert np.isnan(standard_errors([0.0, 0.0]))
+
+
+def test_the_truth_among_several():
+    right, wrong, refused = record("cone", "cone"), record("cone", "torus"), record("cone", "no_fit")
+    several = replace(
+        record("cone", "ambiguous"), answer={"kind": "torus"}, alternatives=("cylinder", "cone")
+    )
+    assert named(several) == ("torus", "cylinder", "cone") and named(right) == ("cone",)
+    assert named(refused) == named(replace(refused, answer={"kind": "cone"})) == ()
+    assert [among(each) for each in (right, wrong, refused, several)] == [True, False, False, True]
+    assert not among(replace(several, alternatives=("cylinder",)))
+
+
+def test_a_kind_without_a_surface_is_close_when_it_is_right():
+    assert is_close(record("cone", "cone", errors={"mfe": 0.1}))
+    assert not is_close(record("cone", "torus", errors={"mfe": 0.1}))

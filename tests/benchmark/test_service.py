@@ -5,20 +5,23 @@ import pytest
 
 from benchmark import service
 from benchmark.command import bench
-from benchmark.service import Row, table
+from benchmark.service import Row, livez_line, table
 
 
 @pytest.fixture
 def small(monkeypatch):
     monkeypatch.setattr(service, "SIZES", (100,))
     monkeypatch.setattr(service, "BAR", ("npy", 100, 2.0))
+    monkeypatch.setattr(service, "LIVEZ", (20_000, 100.0))
+    monkeypatch.setattr(service, "IN_A_ROW", 2)
 
 
 def test_requests_are_measured_beside_the_fit_alone(small, tmp_path, capsys):
-    assert bench(["service", "--turns", "2", "--out", str(tmp_path)]) == 0
+    assert bench(["service", "--turns", "1", "--out", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split("|")[2].strip() for line in lines[2:5]] == list(service.FORMATS)
     assert "Bar: a request of 100 points as npy" in lines[6]
+    assert "Bar: `GET /livez` takes at most 100 ms while 20,000 points" in lines[7]
     assert (tmp_path / "service.log").stat().st_size > 0
 
 
@@ -36,6 +39,7 @@ def test_the_table_has_medians_and_what_the_fastest_differ_by():
     assert "| 3,000 | npy | 72.0 kB | 11.00 ms | 12.00 ms | 1.50 ms |" in text and "| 1.50 ms |" in text
     assert "1.50 ms, met." in text
     assert "missed." in table([Row("npy", 3000, 72_000, fits + 2.1, fits)])
+    assert "12.0 ms, met." in livez_line(12.0) and "120.0 ms, missed." in livez_line(120.0)
 
 
 def test_the_picture_is_drawn(tmp_path):

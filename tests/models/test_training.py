@@ -10,9 +10,9 @@ from models.weights import load
 
 
 def test_one_seed_one_file(tmp_path):
-    first = train(3, 120, 20, tmp_path / "first")
-    second = train(3, 120, 20, tmp_path / "second")
-    other = train(4, 120, 20, tmp_path / "other")
+    first = train(3, 30, 10, tmp_path / "first")
+    second = train(3, 30, 10, tmp_path / "second")
+    other = train(4, 30, 10, tmp_path / "other")
     assert first == second
     for name in ("knn.npz", "knn.json"):
         assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
@@ -48,6 +48,12 @@ def test_a_classifier_knows_the_clouds_it_was_built_from():
     data = make_dataset(9, 150, families=("benchmark",))
     classifier = KnnClassifier(build(data))
     assert metrics(classifier.probabilities(data.rows), data)["benchmark"]["top1"] > 0.9
+
+
+def test_clouds_of_sensors_can_be_learnt_from():
+    data = make_dataset(9, 20, families=("scanner", "sensor"))
+    assert data.rows.shape[0] == 40 and np.isfinite(data.rows).all()
+    assert list(metrics(np.full((40, 5), 0.2), data)) == ["scanner", "sensor"]
 
 
 def test_ranks_count_what_is_above_the_truth():

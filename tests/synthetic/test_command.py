@@ -15,7 +15,7 @@ from synthetic.command import UnknownRecipeError, synth
 from synthetic.recipes import RECIPES as KNOWN
 
 
-@pytest.mark.parametrize("recipe", ["benchmark", "scanner"])
+@pytest.mark.parametrize("recipe", ["benchmark", "scanner", "sensor"])
 def test_clouds_and_truth_are_read_back_as_they_were(recipe, tmp_path):
     synth(recipe, tmp_path, n=6, seed=3, picture=False)
     cases = list(shrec22_cases(tmp_path))
@@ -38,6 +38,16 @@ def test_foreign_shapes_have_attributes_but_no_truth(tmp_path):
         points = np.loadtxt(tmp_path / "clouds" / f"pointCloud{row['i']}.txt", delimiter=",")
         assert len(points) == int(row["n_points"])
         assert float(row["noise"]) > 0.0 and row["arc"] == ""
+
+
+def test_of_sensors_the_effects_are_written(tmp_path):
+    synth("sensor", tmp_path, n=5, seed=2, picture=False)
+    with (tmp_path / "attributes.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row, cloud in zip(rows, clouds(replace(RECIPES["sensor"], seed=2), 5), strict=True):
+        effects = dict(effect.split("=") for effect in row["effects"].split("; "))
+        assert row["sensor"] == cloud.sensor and set(effects) == set(cloud.effects)
+        assert float(effects["white"]) == pytest.approx(cloud.effects["white"], rel=1e-5)
 
 
 def test_the_picture_shows_a_sample(tmp_path):

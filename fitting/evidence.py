@@ -1,0 +1,259 @@
+"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields, and how likely all that is."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fitting.cloud import Cloud
+from fitting.fields import Explanations, Patched, explanations
+from fitting.geometry import Array, around_axis, basis, principal
+from fitting.limits import Limits, dof_within
+from fitting.noise import LEAST_OUTLIERS, ROUNDING_NOISE, NoiseModel, exact_points
+from fitting.patches import PATCHES, strips_of
+from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from fitting.refine import linearize
+from fitting.result import Deviation, ErrorSummary, NoiseSummary
+
+OUTLIER = 4.0
+"""Points farther than this many noise scales are rejected as outliers: of normal noise 1 in 16,000."""
+
+OUTLIERS = 0.05
+"""Share of a cloud that is outliers, before anything is known of it; they are uniform over its extent."""
+
+EXACT_REACH = 0.01
+FAR = 0.05
+"""Beside exact points, the others are outliers from the first of these shares of the extent on, and from the
+second on they may be a surface of their own; nearer they are a deformation."""
+
+FLAT = 0.4
+FLAT_NEIGHBOURS = 12
+"""A rejected point lies on a surface where it and its neighbours among the rejected scatter about their plane
+by less than this share of what they scatter in its narrower direction; of points in space 3 % do."""
+
+LARGEST = 5.0
+"""Radii are as likely in each octave up to this many extents, and beyond it by the third power less: who cuts
+a cloud into segments leaves a piece that shows what it is a piece of."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What a primitive leaves over of a cloud, in the normalised frame.
+
+    Attributes
+    ----------
+    primitive : the surface that was judged
+    free : parameters of it that no fixed value and no active limit holds
+    small : too few points to reject any
+    distance : (M,) signed distances of the working points
+    exact : (M,) mask of the points on the surface within the rounding
+    inlier : (M,) mask of the points not rejected as outliers
+    reach : distance beyond which they are, infinite in small clouds, where none is
+    noise : the mixture of noise and outliers that makes the distances of the others most likely
+    noise_scale : standard deviation of the noise; of small clouds, in which none is an outlier, of all points
+    second_surface : share of the points that are far from it and lie on a surface of their own
+    explained : the inliers' distances as white noise and fields; None beside exact points, and where points
+        are too few
+    beside : logarithm of the probability of the outliers and of the sizes of the primitive
+    """
+
+    primitive: Primitive
+    free: int
+    small: bool
+    distance: Array
+    exact: np.ndarray
+    inlier: np.ndarray
+    reach: float
+    noise: NoiseModel
+    noise_scale: float
+    second_surface: float
+    explained: Explanations | None
+    beside: float
+
+    @classmethod
+    def weigh(cls, primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> Self:
+        """Of a primitive, in the frame of the cloud, that was fitted to it within limits."""
+        dof = dof_within(primitive.kind, limits)
+        free = primitive.dof - (0 if limits is None else limits.held(primitive.row()))
+        small = cloud.is_small(dof)
+        distance = primitive.signed_distance(cloud.working)
+        absolute = np.abs(distance)
+        exact = exact_points(absolute, cloud.tolerance, dof)
+        rest = distance if exact.all() else distance[~exact]
+        noise = NoiseModel.of(rest, ROUNDING_NOISE * cloud.tolerance, cloud.extent)
+        inlier, reach, second = np.ones_like(exact), np.inf, 0.0
+        spare = max(len(absolute) - free, 1)
+        if exact.all():
+            noise_scale, reach = 0.0, EXACT_REACH * cloud.extent
+        elif small:
+            noise_scale = float(np.sqrt(np.sum(absolute**2) / spare))
+        else:
+            noise_scale = noise.scale
+            if not exact.any():
+                noise_scale *= float(np.sqrt(len(absolute) / spare))
+            nearby = EXACT_REACH * cloud.extent if exact.any() else cloud.tolerance
+            reach = max(OUTLIER * noise_scale, nearby)
+            inlier = exact | (absolute <= reach)
+            far = absolute > FAR * cloud.extent if exact.any() else ~inlier
+            second = _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
+        explained, beside = None, 0.0
+        if not exact.any():
+            explained = _explained(primitive, cloud, inlier)
+            beside = _outliers(inlier, cloud) + _sizes(primitive, cloud.extent)
+        return cls(
+            primitive,
+            free,
+            small,
+            distance,
+            exact,
+            inlier,
+            reach,
+            noise,
+            noise_scale,
+            second,
+            explained,
+            beside,
+        )
+
+    @property
+    def exact_share(self) -> float:
+        return float(self.exact.mean())
+
+    @property
+    def inlier_share(self) -> float:
+        return float(self.inlier.mean())
+
+    @property
+    def mean_inlier_distance(self) -> float:
+        return float(np.abs(self.distance[self.inlier]).mean())
+
+    def along_its_own(self, cloud: Cloud) -> list[Explanations]:
+        """The inliers' distances as functions of one coordinate of the surface: around it, along it.
+
+        What depends on one of them alone, the corners of a bar or the ribs of a can, is lost in patches.
+        """
+        points, residual = cloud.working[self.inlier], self.distance[self.inlier]
+        jacobian = linearize(self.primitive, points)[1]
+        feet = points - residual[:, None] * self.primitive.gradient(points)
+        found = []
+        for place, turn in _coordinates(self.primitive, feet, cloud.extent):
+            strip = strips_of(place)
+            patched = Patched.of(strip, residual, jacobian, place[:, None], turn)
+            if len(patched.mean) > self.primitive.dof:
+                found.append(explanations(patched, cloud.extent, _least(cloud)))
+        return found
+
+
+def _explained(primitive: Primitive, cloud: Cloud, inlier: np.ndarray) -> Explanations | None:
+    """Of the inliers in patches most of whose points are inliers."""
+    most = np.bincount(cloud.patch, inlier) >= 0.5 * np.bincount(cloud.patch)
+    seen = inlier & most[cloud.patch]
+    points = cloud.working[seen]
+    residual, jacobian = linearize(primitive, points)
+    feet = points - residual[:, None] * primitive.gradient(points)
+    patched = Patched.of(cloud.patch[seen], residual, jacobian, feet / cloud.extent)
+    if len(patched.mean) <= primitive.dof:
+        return None
+    return explanations(patched, cloud.extent, _least(cloud))
+
+
+def _least(cloud: Cloud) -> float:
+    """The smallest noise that is told from none."""
+    return max(ROUNDING_NOISE * cloud.tolerance, float(np.finfo(np.float64).eps))
+
+
+def _outliers(inlier: np.ndarray, cloud: Cloud) -> float:
+    """Log-probability of the outliers, which come together, too: as many count as patches have room for."""
+    count = min(len(inlier), PATCHES)
+    outliers = count * float(1.0 - inlier.mean())
+    return outliers * float(np.log(OUTLIERS / cloud.extent)) + (count - outliers) * float(np.log1p(-OUTLIERS))
+
+
+def _sizes(primitive: Primitive, extent: float) -> float:
+    """Log-probability of radii beyond `LARGEST` over that of ordinary ones."""
+    sizes = {
+        Sphere: lambda p: (p.radius,),
+        Cylinder: lambda p: (p.radius,),
+        Torus: lambda p: (p.major_radius, p.minor_radius),
+    }.get(type(primitive), lambda p: ())(primitive)
+    return -3.0 * sum(max(0.0, float(np.log(size / (LARGEST * extent)))) for size in sizes if size > 0.0)
+
+
+def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple[Array, float]]:
+    """Coordinates (N,) on a surface, angles [rad] and lengths over the extent, with their period or 0."""
+    if isinstance(primitive, Sphere):
+        return []
+    if isinstance(primitive, Plane):
+        axes = principal(feet)[1]
+        return [(feet @ axes[:, 0] / extent, 0.0), (feet @ axes[:, 1] / extent, 0.0)]
+    origin = {Cylinder: "point", Cone: "apex", Torus: "center"}[type(primitive)]
+    axis: Array = primitive.axis  # type: ignore[attr-defined]
+    radial, rho, height = around_axis(feet, getattr(primitive, origin), axis)
+    u, v = basis(axis)
+    around = np.arctan2(radial @ v, radial @ u), 2.0 * np.pi
+    if isinstance(primitive, Torus):
+        return [around, (np.arctan2(height, rho - primitive.major_radius), 2.0 * np.pi)]
+    return [around, (height / extent, 0.0)]
+
+
+def _on_surfaces(points: Array) -> int:
+    """How many of the points (N, 3) lie on a surface with their neighbours among them."""
+    if len(points) < 2 * FLAT_NEIGHBOURS:
+        return 0
+    offsets = points[cKDTree(points).query(points, k=FLAT_NEIGHBOURS)[1]]
+    offsets -= offsets.mean(axis=1, keepdims=True)
+    squares = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", offsets, offsets))
+    return int(np.count_nonzero(squares[:, 0] < FLAT**2 * squares[:, 1]))
+
+
+def summarize(
+    primitive: Primitive, evidence: Evidence, points: Array, diagonal: float, scale: float
+) -> ErrorSummary:
+    """The distances of all points (N, 3), restored to input units by `scale`."""
+    signed = primitive.signed_distance(points)
+    distance = np.abs(signed)
+    mean = float(distance.mean())
+    belongs = np.abs(evidence.primitive.signed_distance(points)) <= evidence.reach
+    near = distance[belongs] if belongs.any() else distance
+    return ErrorSummary(
+        rms=scale * float(np.sqrt(np.mean(distance**2))),
+        mean=scale * mean,
+        p95=scale * float(np.percentile(distance, 95.0)),
+        max=scale * float(distance.max()),
+        zone=scale * float(np.ptp(signed)),
+        relative_mean=mean / diagonal,
+        inlier_rms=scale * float(np.sqrt(np.mean(near**2))),
+        inlier_share=evidence.inlier_share,
+    )
+
+
+def summarize_noise(evidence: Evidence, cloud: Cloud) -> NoiseSummary:
+    """The noise about the judged primitive, restored to input units."""
+    share = evidence.noise.outlier_share * (1.0 - evidence.exact_share)
+    rough, smooth = _deviations(evidence.explained, cloud)
+    return NoiseSummary(
+        scale=cloud.frame.scale * evidence.noise_scale,
+        exact_share=evidence.exact_share,
+        outlier_share=0.0 if evidence.small or share <= LEAST_OUTLIERS else share,
+        quantisation_step=cloud.step,
+        correlated=rough,
+        smooth=smooth,
+    )
+
+
+def _deviations(explained: Explanations | None, cloud: Cloud) -> tuple[Deviation | None, Deviation | None]:
+    """The rough and the smooth one of the likeliest explanation, in input units."""
+    if explained is None:
+        return None, None
+    best, unit = explained.likeliest, cloud.frame.scale
+
+    def deviation(sizes: Array, ranges: Array) -> Deviation | None:
+        if sizes[best] == 0.0:
+            return None
+        return Deviation(unit * float(sizes[best]), unit * cloud.extent * float(ranges[best]))
+
+    return (
+        deviation(explained.rough, explained.rough_range),
+        deviation(explained.smooth, explained.smooth_range),
+    )

@@ -1,0 +1,38 @@
+"""A cloud in pieces of about as many points each."""
+
+import numpy as np
+
+from fitting.geometry import Array
+
+PATCHES = 64
+"""Of a cloud, at most: each is an eighth of it long, in which a sensor's noise has hardly changed."""
+
+
+def patches_of(points: Array) -> np.ndarray:
+    """Number of the patch of each of the points (N, 3), from 0.
+
+    Halves along the widest coordinate, again and again; given along the principal axes of the cloud, patches
+    turn with it. Points fewer than that are patches each.
+    """
+    if len(points) <= PATCHES:
+        return np.arange(len(points))
+    patches = [np.arange(len(points))]
+    while 2 * len(patches) <= PATCHES:
+        halves = []
+        for patch in patches:
+            there = points[patch]
+            order = patch[np.argsort(there[:, np.argmax(np.ptp(there, axis=0))], kind="stable")]
+            halves += [order[: len(order) // 2], order[len(order) // 2 :]]
+        patches = halves
+    number = np.empty(len(points), np.intp)
+    for each, patch in enumerate(patches):
+        number[patch] = each
+    return number
+
+
+def strips_of(values: Array) -> np.ndarray:
+    """Number of the strip of each of the values (N,), as many of neighbours each."""
+    count = min(len(values), PATCHES)
+    number = np.empty(len(values), np.intp)
+    number[np.argsort(values, kind="stable")] = np.arange(len(values)) * count // len(values)
+    return number

@@ -1,0 +1,288 @@
+"""The comparison: which kind, which others as well, or none of these."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.cloud import Cloud
+from fitting.evidence import Evidence
+from fitting.fields import PRIOR, Explanations
+from fitting.geometry import Array
+from fitting.primitives import KINDS, PRIMITIVES
+from fitting.result import Status
+
+DECIDED = 3.0
+"""Log-odds from which a kind is told from another, 20 to 1: Kass and Raftery, "Bayes factors", JASA 90, 1995,
+section 3.2, "strong"."""
+
+MISTAKEN = 0.1
+"""Share of clouds that a ranking knows nothing of: there the kinds are as likely as each other."""
+
+DEVIATION = 1.25
+FORM = 1e-3
+"""A smooth deviation is one of noise or part, and no other shape, up to this many times the noise, or up to
+this share of the extent: a tenth of a millimetre on a hand's breadth, flatness of class H in ISO 2768-2."""
+
+SCATTER = 0.04
+"""Noise beyond this share of the extent is a volume rather than a surface."""
+
+NEAR = 0.35
+"""Share of the points that must be near a surface, beside the ones that its parameters may choose."""
+
+SECOND = 0.22
+"""Share of the points that may be rejected and lie on a surface of their own: more is a second segment."""
+
+MANY_REJECTED, FLAT_REJECTED = 0.3, 0.12
+"""Where more than this share of the points is rejected, more than that share of those must not be on one."""
+
+EXACT = 0.25
+"""An exact subset of this share is no accident of sampling (two generatrices reach 0.22)."""
+
+EQUAL_SHARES = 0.1
+"""Exact shares that differ by less than this, relatively, are equal."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of every kind: `max_error` as in `Config`, `tolerance` [length in the frame] or 0, whether
+    one kind is allowed `only`, and whether the criterion `counts_all` points."""
+
+    max_error: float | None
+    tolerance: float
+    only: bool
+    counts_all: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Claim:
+    """A kind's claim on a cloud.
+
+    Attributes
+    ----------
+    evidence : what its best surface leaves over
+    prior : logarithm of its probability before that
+    refusal : why it can't be, whatever the others are, or nothing
+    settled : it is accepted as it is; only simpler kinds that it nearly is are asked
+    odds : logarithm of its probability, up to a constant that all kinds share
+    foreign : the same of another shape near its surface
+    words : about the points and its surface, in input units
+    """
+
+    evidence: Evidence
+    prior: float
+    refusal: str
+    settled: bool
+    odds: float
+    foreign: float
+    words: str
+
+    @property
+    def kind(self) -> str:
+        return self.evidence.primitive.kind
+
+    @property
+    def dof(self) -> int:
+        return self.evidence.primitive.dof
+
+    @property
+    def standing(self) -> float:
+        """How good an explanation it is, of whatever there is."""
+        return max(self.odds, self.foreign)
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What the cloud is: the best claim, the others that are as good, and the sentence that says why."""
+
+    status: Status
+    best: Claim
+    rivals: tuple[Claim, ...]
+    reason: str
+
+
+def prior_of(probability: float | None) -> float:
+    """Logarithm of a kind's probability before its evidence, from that of the ranking."""
+    if probability is None:
+        return -float(np.log(len(KINDS)))
+    return float(np.log((1.0 - MISTAKEN) * probability + MISTAKEN / len(KINDS)))
+
+
+def bearable(explained: Explanations, extent: float, tolerance: float) -> np.ndarray:
+    """Mask (T,) of explanations by which the cloud is of this kind, and no other shape."""
+    limit = np.maximum(DEVIATION * explained.white, max(FORM * extent, tolerance))
+    return (explained.smooth <= limit) & (explained.white <= SCATTER * extent)
+
+
+def claim(
+    evidence: Evidence, cloud: Cloud, probability: float | None, mean_error: float, question: Question
+) -> Claim:
+    """Of a fitted kind with this probability in the ranking, or None without one.
+
+    `mean_error` is the mean distance of all points from the answer, over the diagonal: what `max_error` is
+    held against where every point counts.
+    """
+    prior, odds, foreign = prior_of(probability), 0.0, -np.inf
+    if evidence.explained is not None:
+        mask = bearable(evidence.explained, cloud.extent, question.tolerance)
+        odds = evidence.explained.among(mask)
+        foreign = evidence.explained.among(~mask) + evidence.beside + prior_of(0.0)
+    odds += evidence.beside + prior
+    refusal = _too_few(evidence, len(cloud.working), question.only)
+    if not refusal and (refusal := _several(evidence, len(cloud.working))):
+        foreign = max(foreign, odds)
+    words = _words(evidence, cloud)
+    settled = bool(evidence.exact.all() or evidence.exact_share >= EXACT)
+    if question.max_error is not None:
+        mean = mean_error if question.counts_all else evidence.mean_inlier_distance / cloud.diagonal
+        settled = mean <= question.max_error
+        relation = "is within" if settled else "exceeds"
+        words = f"mean error {mean:.2e} of the diagonal {relation} max_error {question.max_error:.2e}"
+        refusal = ("" if question.counts_all else refusal) or ("" if settled else words)
+        foreign = -np.inf
+    elif question.only and question.counts_all:
+        words, refusal, foreign, settled = f"the only kind allowed; {refusal or words}", "", -np.inf, True
+    elif not refusal and evidence.exact.any() and not settled:
+        if evidence.noise_scale > 2.0 * SCATTER * cloud.extent:
+            refusal = f"{words}, which is no surface"
+    return Claim(evidence, prior, refusal, settled, odds, foreign, words)
+
+
+def _too_few(evidence: Evidence, n_points: int, only: bool) -> str:
+    """Why the points are too few to tell, or nothing."""
+    if only:
+        return ""
+    if n_points == evidence.free:
+        return f"{n_points} points determine it exactly and leave none to check it with"
+    if not evidence.exact.any() and n_points < 2 * evidence.free:
+        return f"{n_points} points that do not lie on it are too few to check it with"
+    return ""
+
+
+def _several(evidence: Evidence, n_points: int) -> str:
+    """Why the cloud is more than this surface, or nothing."""
+    share, least = evidence.inlier_share, min(NEAR + evidence.free / n_points, 1.0)
+    if share < least:
+        return f"only {share:.0%} of the points are near it (at least {least:.0%})"
+    second, rejected = evidence.second_surface, 1.0 - share
+    if second > SECOND:
+        far = f"{second:.0%} of the points are far from it and form a surface of their own"
+        return f"{far} (at most {SECOND:.0%})"
+    if rejected > MANY_REJECTED and second > FLAT_REJECTED * rejected:
+        flat = second / rejected
+        return f"{rejected:.0%} of the points are far from it, of which {flat:.0%} form a surface of their own"
+    return ""
+
+
+def _words(evidence: Evidence, cloud: Cloud) -> str:
+    """What the points are like about the surface, in input units."""
+    unit, kind = cloud.frame.scale, evidence.primitive.kind
+    if evidence.exact.all():
+        return "every point lies on it within the rounding of the coordinates"
+    scatter = f"scatter by {unit * evidence.noise_scale:.3g} about the {kind}"
+    if evidence.exact.any():
+        return f"{evidence.exact_share:.0%} of the points lie on it exactly; the others {scatter}"
+    if evidence.explained is None:
+        return f"the points {scatter}"
+    best, explained = evidence.explained.likeliest, evidence.explained
+    rough, smooth = unit * explained.rough[best], unit * explained.smooth[best]
+    said = [f"the points {scatter}"]
+    if rough > 0.0:
+        span = unit * cloud.extent * explained.rough_range[best]
+        said.append(f"neighbours share {rough:.3g} of that over {span:.3g}")
+    if smooth > 0.0:
+        span, noise = unit * cloud.extent * explained.smooth_range[best], unit * explained.white[best]
+        said.append(
+            f"they deviate smoothly by {smooth:.3g} over {span:.3g}, {smooth / noise:.2g} times their noise"
+        )
+    if len(said) == 1:
+        said.append("and show no pattern")
+        return " ".join(said)
+    return ", ".join(said)
+
+
+def likelier(a: Claim, b: Claim) -> bool:
+    """Whether `a` is the better claim: more exact points, of equal shares the simpler kind; else its odds."""
+    one, other = a.evidence, b.evidence
+    if one.exact.any() or other.exact.any():
+        if abs(one.exact_share - other.exact_share) > EQUAL_SHARES * max(one.exact_share, other.exact_share):
+            return one.exact_share > other.exact_share
+        return a.dof < b.dof
+    return a.odds > b.odds
+
+
+def best_of(claims: list[Claim]) -> Claim:
+    best = claims[0]
+    for each in claims[1:]:
+        if likelier(each, best):
+            best = each
+    return best
+
+
+def decide(claims: list[Claim], cloud: Cloud, tolerance: float) -> Decision:
+    """From at least one claim: the likeliest kind, those that are about as likely, or none of them."""
+    possible = [each for each in claims if not each.refusal]
+    if not possible:
+        best = max(claims, key=lambda each: each.standing)
+        return Decision("no_fit", best, (), best.refusal)
+    best = best_of(possible)
+    same = [each for each in possible if tolerance and _agree(each, best, cloud, tolerance)]
+    best = min(same, key=lambda each: each.dof, default=best)
+    if _foreign_odds(best, claims, cloud, tolerance) > best.odds:
+        return Decision("no_fit", best, (), f"{best.words}: another shape is likelier")
+    rivals = [
+        each
+        for each in sorted(possible, key=lambda each: -each.odds)
+        if each not in (best, *same) and _as_likely(each, best)
+    ]
+    return Decision("ambiguous" if rivals else "fitted", best, tuple(rivals), best.words)
+
+
+def _as_likely(other: Claim, best: Claim) -> bool:
+    """Whether a claim that is no better than the best one is not told from it."""
+    exact = best.evidence.exact.any() or other.evidence.exact.any()
+    return not exact and best.odds - other.odds < DECIDED
+
+
+def _foreign_odds(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: float) -> float:
+    """How likely it is that none of the kinds is right, in the unit of the odds of the best claim.
+
+    Beside what each kind's patches say of another shape near it, whether the points deviate smoothly from the
+    best kind around it or along it.
+    """
+    if best.settled or best.evidence.exact.any():
+        return -np.inf
+    found = [each.foreign for each in claims]
+    for explained in best.evidence.along_its_own(cloud):
+        mask = bearable(explained, cloud.extent, tolerance)
+        found.append(best.odds - best.prior + prior_of(0.0) + explained.among(~mask) - explained.among(mask))
+    return max(found)
+
+
+def may_overtake(
+    kind: str, probability: float, best: Claim, cloud: Cloud, tolerance: float, apart: Callable[[str], float]
+) -> bool:
+    """Whether an untried kind might be as likely as the best claim, if all that it leaves over were white noise.
+
+    Each parameter costs what it costs the best kind. A simpler kind must also come near the best surface, or
+    its deviation would be that of another shape: `apart` tells how far its nearest surface is from it.
+    """
+    if best.settled:
+        return False
+    explained, more = best.evidence.explained, PRIMITIVES[kind].dof - best.dof
+    limit = max(DEVIATION * best.evidence.noise_scale, FORM * cloud.extent, tolerance)
+    if explained is not None and explained.unexplained is not None:
+        spread = PRIOR * cloud.extent * np.sqrt(np.count_nonzero(best.evidence.inlier))
+        cost = float(np.log(np.hypot(1.0, spread / explained.white[explained.likeliest])))
+        gain = explained.unexplained - more * cost + prior_of(probability) - best.prior
+        if gain <= -DECIDED:
+            return False
+    return more >= 0 or apart(kind) <= 2.0 * limit
+
+
+def _agree(one: Claim, other: Claim, cloud: Cloud, tolerance: float) -> bool:
+    """Whether two surfaces are within the tolerance of each other where the cloud is."""
+    surface = one.evidence.primitive
+    points: Array = cloud.working[cloud.sample[one.evidence.inlier[cloud.sample]]]
+    feet = points - surface.signed_distance(points)[:, None] * surface.gradient(points)
+    return bool(np.all(np.abs(other.evidence.primitive.signed_distance(feet)) <= tolerance))
