@@ -180,7 +180,7 @@ def _deviations(noise: Mapping[str, Any]) -> Iterator[str]:
 
 _SHARED = {
     "correlated": "neighbouring points share a deviation of",
-    "smooth": "the points deviate smoothly from the surface, by",
+    "smooth": "the points deviate smoothly by",
 }
 
 

@@ -108,7 +108,7 @@ def test_deviations_that_neighbours_share_are_said_in_words() -> None:
     answer = ambiguous().to_dict()
     text = summary(answer)
     assert "\n              neighbouring points share a deviation of 0.004 over 0.35\n" in text
-    assert "\n              the points deviate smoothly from the surface, by 0.4 over 60\n" in text
+    assert "\n              the points deviate smoothly by 0.4 over 60\n" in text
     answer["noise"] |= {"correlated": None, "smooth": None}
     assert "deviat" not in summary(answer)
 
