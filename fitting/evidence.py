@@ -1,4 +1,4 @@
-"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields, and how likely all that is."""
+"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields; and how likely that is."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 from fitting.cloud import Cloud
 from fitting.fields import Explanations, Patched, explanations
 from fitting.geometry import Array, around_axis, basis, principal
-from fitting.limits import Limits, dof_within
+from fitting.limits import NUMBERS, Limits, dof_within
 from fitting.noise import LEAST_OUTLIERS, ROUNDING_NOISE, NoiseModel, exact_points
-from fitting.patches import PATCHES, strips_of
+from fitting.patches import GRAIN, PATCHES, strips_of
 from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 from fitting.refine import linearize
 from fitting.result import Deviation, ErrorSummary, NoiseSummary
@@ -99,8 +99,9 @@ class Evidence:
             second = _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
         explained, beside = None, 0.0
         if not exact.any():
-            explained = _explained(primitive, cloud, inlier)
-            beside = _outliers(inlier, cloud) + _sizes(primitive, cloud.extent)
+            explained, beside = _explained(primitive, cloud, inlier), _outliers(inlier, cloud)
+        if explained is not None:
+            beside += _sizes(primitive, explained.spread, cloud.extent)
         return cls(
             primitive,
             free,
@@ -138,8 +139,8 @@ class Evidence:
         feet = points - residual[:, None] * self.primitive.gradient(points)
         found = []
         for place, turn in _coordinates(self.primitive, feet, cloud.extent):
-            strip = strips_of(place)
-            patched = Patched.of(strip, residual, jacobian, place[:, None], turn)
+            grain = strips_of(place, max(PATCHES, len(place) // GRAIN))
+            patched = Patched.of(strips_of(place), grain, residual, jacobian, place[:, None], turn)
             if len(patched.mean) > self.primitive.dof:
                 found.append(explanations(patched, cloud.extent, _least(cloud)))
         return found
@@ -152,7 +153,7 @@ def _explained(primitive: Primitive, cloud: Cloud, inlier: np.ndarray) -> Explan
     points = cloud.working[seen]
     residual, jacobian = linearize(primitive, points)
     feet = points - residual[:, None] * primitive.gradient(points)
-    patched = Patched.of(cloud.patch[seen], residual, jacobian, feet / cloud.extent)
+    patched = Patched.of(cloud.patch[seen], cloud.grain[seen], residual, jacobian, feet / cloud.extent)
     if len(patched.mean) <= primitive.dof:
         return None
     return explanations(patched, cloud.extent, _least(cloud))
@@ -170,14 +171,20 @@ def _outliers(inlier: np.ndarray, cloud: Cloud) -> float:
     return outliers * float(np.log(OUTLIERS / cloud.extent)) + (count - outliers) * float(np.log1p(-OUTLIERS))
 
 
-def _sizes(primitive: Primitive, extent: float) -> float:
-    """Log-probability of radii beyond `LARGEST` over that of ordinary ones."""
-    sizes = {
-        Sphere: lambda p: (p.radius,),
-        Cylinder: lambda p: (p.radius,),
-        Torus: lambda p: (p.major_radius, p.minor_radius),
-    }.get(type(primitive), lambda p: ())(primitive)
-    return -3.0 * sum(max(0.0, float(np.log(size / (LARGEST * extent)))) for size in sizes if size > 0.0)
+def _sizes(primitive: Primitive, spread: Array, extent: float) -> float:
+    """Log-probability of radii beyond `LARGEST` over that of ordinary ones.
+
+    A curvature that is known to no better than `spread`, (dof,) of the steps, may be as large as that.
+    """
+    found = 0.0
+    for (kind, name), (component, place) in NUMBERS.items():
+        if kind != primitive.kind or name == "half_angle":
+            continue
+        radius = float(primitive.row()[place])
+        if radius > 0.0:
+            likely = radius * radius / float(np.hypot(radius, spread[component]))
+            found -= 3.0 * max(0.0, float(np.log(likely / (LARGEST * extent))))
+    return found
 
 
 def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple[Array, float]]:

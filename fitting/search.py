@@ -368,9 +368,9 @@ def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> 
 
 
 def distance_to(kind: str, surface: Primitive, cloud: Cloud, rng: np.random.Generator) -> float:
-    """How far the nearest surface of a kind is from another one where the cloud is: rms of the feet of some points.
+    """How far the nearest surface of a kind is from another one where the cloud is: rms at some points' feet.
 
-    A few robust steps of each start on points without noise, and with their true normals.
+    A few robust steps of each start on these points without noise, with their true normals.
     """
     points = cloud.working[cloud.sample[:GUESS_POINTS]]
     feet = points - surface.signed_distance(points)[:, None] * surface.gradient(points)
