@@ -32,6 +32,12 @@ FLAT_NEIGHBOURS = 12
 """A rejected point lies on a surface where it and its neighbours among the rejected scatter about their plane
 by less than this share of what they scatter in its narrower direction; of points in space 3 % do."""
 
+QUIET = 1e-3
+"""Noise, over the extent, up to which points are asked whether they lie on curves."""
+
+QUADRICS = {"plane": 4, "sphere": 1, "cylinder": 1, "cone": 1, "torus": 0}
+"""Independent quadrics that hold all of a surface: with a plane, that and any other plane."""
+
 LARGEST = 5.0
 """Radii are as likely in each octave up to this many extents, and beyond it by the third power less: who cuts
 a cloud into segments leaves a piece that shows what it is a piece of."""
@@ -57,6 +63,7 @@ class Evidence:
     explained : the inliers' distances as white noise and fields; None beside exact points, and where points
         are too few
     beside : logarithm of the probability of the outliers and of the sizes of the primitive
+    on_curves : the points lie on curves, such as two rings, through which other surfaces pass as well
     """
 
     primitive: Primitive
@@ -72,6 +79,7 @@ class Evidence:
     second_surface: float
     explained: Explanations | None
     beside: float
+    on_curves: bool
 
     @classmethod
     def weigh(cls, primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> Self:
@@ -102,8 +110,9 @@ class Evidence:
         explained, beside = None, 0.0
         if not exact.any():
             explained, beside = _explained(primitive, cloud, inlier, limits), _outliers(inlier, cloud)
-        if explained is not None and limits is None:
-            beside += _sizes(primitive, explained.spread, cloud.extent)
+        if explained is not None:
+            spread = explained.spread if limits is None else np.zeros(primitive.dof)
+            beside += _sizes(primitive, spread, cloud.extent)
         return cls(
             primitive,
             limits,
@@ -118,6 +127,7 @@ class Evidence:
             second,
             explained,
             beside,
+            _on_curves(primitive.kind, cloud, exact if exact.any() else inlier, noise_scale),
         )
 
     @property
@@ -215,6 +225,20 @@ def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple
     return [around, (height / extent, 0.0)]
 
 
+def _on_curves(kind: str, cloud: Cloud, near: np.ndarray, noise_scale: float) -> bool:
+    """Whether more quadrics than a surface of this kind asks for pass through its points, as exactly as it does.
+
+    Two of them meet in curves. Within much noise every arc has several.
+    """
+    reach = max(noise_scale, cloud.tolerance) / cloud.extent
+    if reach > QUIET:
+        return False
+    x, y, z = (cloud.working[cloud.sample[near[cloud.sample]]] @ cloud.axes / cloud.extent).T
+    terms = np.stack([np.ones_like(x), x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], axis=1)
+    sizes = np.linalg.svd(terms / np.sqrt(len(terms)), compute_uv=False)
+    return int(np.count_nonzero(sizes <= reach)) > QUADRICS[kind]
+
+
 def _on_surfaces(points: Array) -> int:
     """How many of the points (N, 3) lie on a surface with their neighbours among them."""
     if len(points) < 2 * FLAT_NEIGHBOURS:
@@ -242,7 +266,7 @@ def summarize(
         zone=scale * float(np.ptp(signed)),
         relative_mean=mean / diagonal,
         inlier_rms=scale * float(np.sqrt(np.mean(near**2))),
-        inlier_share=evidence.inlier_share,
+        inlier_share=float(belongs.mean()),
     )
 
 

@@ -249,7 +249,7 @@ def _fields(apart: Array) -> list[_Field]:
 
 
 def _whitening(jacobian: Array) -> Array:
-    """Directions (dof, dof), in columns, that each move the surface by 1 in the mean square, independently."""
+    """Directions (dof, dof), in columns, that move the surface by 1 in the mean square, each by itself."""
     if not jacobian.shape[1]:
         return np.empty((0, 0))
     sizes, vectors = np.linalg.eigh(jacobian.T @ jacobian / len(jacobian))
