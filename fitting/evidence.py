@@ -226,7 +226,7 @@ def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple
 
 
 def _on_curves(kind: str, cloud: Cloud, near: np.ndarray, noise_scale: float) -> bool:
-    """Whether more quadrics than a surface of this kind asks for pass through its points, as exactly as it does.
+    """Whether more quadrics than a surface of this kind asks for pass through its points as exactly.
 
     Two of them meet in curves. Within much noise every arc has several.
     """
