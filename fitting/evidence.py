@@ -171,7 +171,7 @@ def _explained(
 
 
 def _linear(primitive: Primitive, points: Array, limits: Limits | None) -> tuple[Array, Array, Array]:
-    """Distances (N,) of points (N, 3), their derivatives (N, k) by the steps that are free, and their feet."""
+    """Distances (N,) of points (N, 3), their derivatives (N, k) by the free steps, and their feet."""
     if limits is None:
         residual, jacobian = linearize(primitive, points)
     else:
