@@ -1,4 +1,4 @@
-"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields, and their likelihood."""
+"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields; how likely that is."""
 
 from dataclasses import dataclass
 from typing import Self
