@@ -1,4 +1,4 @@
-"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields; and how likely that is."""
+"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields, and their likelihood."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from fitting.cloud import Cloud
 from fitting.fields import Explanations, Patched, explanations
 from fitting.geometry import Array, around_axis, basis, principal
-from fitting.limits import NUMBERS, Limits, dof_within
+from fitting.limits import NUMBERS, Limits, dof_within, moved
 from fitting.noise import LEAST_OUTLIERS, ROUNDING_NOISE, NoiseModel, exact_points
 from fitting.patches import GRAIN, PATCHES, strips_of
 from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
@@ -35,6 +35,12 @@ share of what they scatter in its narrower direction; of points in space 3 % do.
 FLAT_NEIGHBOURS = 12
 """Rejected points, the point itself among them, that this is asked of."""
 
+QUIET = 1e-3
+"""Noise, over the extent, up to which points are asked whether they lie on curves."""
+
+QUADRICS = {"plane": 4, "sphere": 1, "cylinder": 1, "cone": 1, "torus": 0}
+"""Independent quadrics that hold all of a surface: with a plane, that and any other plane."""
+
 LARGEST = 5.0
 """Radii are as likely in each octave up to this many extents, and beyond it by the third power less: who cuts
 a cloud into segments leaves a piece that shows what it is a piece of."""
@@ -47,6 +53,7 @@ class Evidence:
     Attributes
     ----------
     primitive : the surface that was judged
+    limits : within which it was fitted
     free : parameters of it that no fixed value and no active limit holds
     small : too few points to reject any
     distance : (M,) signed distances of the working points
@@ -59,9 +66,11 @@ class Evidence:
     explained : the inliers' distances as white noise and fields; None beside exact points, and where points
         are too few
     beside : logarithm of the probability of the outliers and of the sizes of the primitive
+    on_curves : the points lie on curves, such as two rings, through which other surfaces pass as well
     """
 
     primitive: Primitive
+    limits: Limits | None
     free: int
     small: bool
     distance: Array
@@ -73,6 +82,7 @@ class Evidence:
     second_surface: float
     explained: Explanations | None
     beside: float
+    on_curves: bool
 
     @classmethod
     def weigh(cls, primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> Self:
@@ -102,11 +112,13 @@ class Evidence:
             second = _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
         explained, beside = None, 0.0
         if not exact.any():
-            explained, beside = _explained(primitive, cloud, inlier), _outliers(inlier, cloud)
+            explained, beside = _explained(primitive, cloud, inlier, limits), _outliers(inlier, cloud)
         if explained is not None:
-            beside += _sizes(primitive, explained.spread, cloud.extent)
+            spread = explained.spread if limits is None else np.zeros(primitive.dof)
+            beside += _sizes(primitive, spread, cloud.extent)
         return cls(
             primitive,
+            limits,
             free,
             small,
             distance,
@@ -118,6 +130,7 @@ class Evidence:
             second,
             explained,
             beside,
+            _on_curves(primitive.kind, cloud, exact if exact.any() else inlier, noise_scale),
         )
 
     @property
@@ -137,29 +150,37 @@ class Evidence:
 
         What depends on one of them alone, the corners of a bar or the ribs of a can, is lost in patches.
         """
-        points, residual = cloud.working[self.inlier], self.distance[self.inlier]
-        jacobian = linearize(self.primitive, points)[1]
-        feet = points - residual[:, None] * self.primitive.gradient(points)
+        residual, jacobian, feet = _linear(self.primitive, cloud.working[self.inlier], self.limits)
         found = []
         for place, turn in _coordinates(self.primitive, feet, cloud.extent):
             grain = strips_of(place, max(PATCHES, len(place) // GRAIN))
             patched = Patched.of(strips_of(place), grain, residual, jacobian, place[:, None], turn)
-            if len(patched.mean) > self.primitive.dof:
+            if len(patched.mean) > jacobian.shape[1]:
                 found.append(explanations(patched, cloud.extent, _least(cloud)))
         return found
 
 
-def _explained(primitive: Primitive, cloud: Cloud, inlier: np.ndarray) -> Explanations | None:
+def _explained(
+    primitive: Primitive, cloud: Cloud, inlier: np.ndarray, limits: Limits | None
+) -> Explanations | None:
     """Of the inliers in patches most of whose points are inliers."""
     most = np.bincount(cloud.patch, inlier) >= 0.5 * np.bincount(cloud.patch)
     seen = inlier & most[cloud.patch]
-    points = cloud.working[seen]
-    residual, jacobian = linearize(primitive, points)
-    feet = points - residual[:, None] * primitive.gradient(points)
+    residual, jacobian, feet = _linear(primitive, cloud.working[seen], limits)
     patched = Patched.of(cloud.patch[seen], cloud.grain[seen], residual, jacobian, feet / cloud.extent)
-    if len(patched.mean) <= primitive.dof:
+    if len(patched.mean) <= jacobian.shape[1]:
         return None
     return explanations(patched, cloud.extent, _least(cloud))
+
+
+def _linear(primitive: Primitive, points: Array, limits: Limits | None) -> tuple[Array, Array, Array]:
+    """Distances (N,) of points (N, 3), their derivatives (N, k) by the steps that are free, and their feet."""
+    if limits is None:
+        residual, jacobian = linearize(primitive, points)
+    else:
+        residual, jacobian = linearize(moved(primitive, -limits.pivot), points - limits.pivot)
+        jacobian = jacobian @ limits.free_steps(moved(primitive, -limits.pivot).row(), primitive.dof)
+    return residual, jacobian, points - residual[:, None] * primitive.gradient(points)
 
 
 def _least(cloud: Cloud) -> float:
@@ -207,6 +228,20 @@ def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple
     return [around, (height / extent, 0.0)]
 
 
+def _on_curves(kind: str, cloud: Cloud, near: np.ndarray, noise_scale: float) -> bool:
+    """Whether more quadrics than a surface of this kind asks for pass through its points, as exactly as it does.
+
+    Two of them meet in curves. Within much noise every arc has several.
+    """
+    reach = max(noise_scale, cloud.tolerance) / cloud.extent
+    if reach > QUIET:
+        return False
+    x, y, z = (cloud.working[cloud.sample[near[cloud.sample]]] @ cloud.axes / cloud.extent).T
+    terms = np.stack([np.ones_like(x), x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], axis=1)
+    sizes = np.linalg.svd(terms / np.sqrt(len(terms)), compute_uv=False)
+    return int(np.count_nonzero(sizes <= reach)) > QUADRICS[kind]
+
+
 def _on_surfaces(points: Array) -> int:
     """How many of the points (N, 3) lie on a surface with their neighbours among them."""
     if len(points) < 2 * FLAT_NEIGHBOURS:
@@ -234,7 +269,7 @@ def summarize(
         zone=scale * float(np.ptp(signed)),
         relative_mean=mean / diagonal,
         inlier_rms=scale * float(np.sqrt(np.mean(near**2))),
-        inlier_share=evidence.inlier_share,
+        inlier_share=float(belongs.mean()),
     )
 
 

@@ -5,8 +5,8 @@ neighbouring kinds; parts bow and bulge by as much. So residuals count as
 
     r = J s + e + f + g
 
-with steps s of the parameters, white noise e, a rough field f of correlation exp(-d / l), and a smooth one g of
-exp(-d^2 / 2 l^2), where d is the distance between feet on the surface. Points are taken together in patches
+with steps s of the parameters, white noise e, a rough field f of correlation exp(-d / l), and a smooth one g
+of exp(-d^2 / 2 l^2), where d is the distance between feet on the surface. Points are taken together in patches
 (their means, and what they scatter about those), so that all of them count where the fields are small, and no
 more than some dozen where they are not.
 Source: Rasmussen and Williams, "Gaussian processes for machine learning", 2006, chapters 2 and 5; Occam's
@@ -97,7 +97,7 @@ class Patched:
 
 
 def _scatter(number: np.ndarray, residual: Array) -> tuple[float, int]:
-    """Standard deviation of residuals (N,) about the mean of those with the same number; how many are free."""
+    """Standard deviation of residuals (N,) about the means of equal numbers, and how many are free."""
     count, means, place = _means(number, residual[:, None])
     free = len(residual) - len(count)
     squares = float(np.sum((residual - means[place, 0]) ** 2))
@@ -188,7 +188,7 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     scale = np.sqrt(variance)
     taken = np.linalg.qr(whitened)[0]
     best = int(np.argmax(evidence))
-    shape = np.linalg.inv(normal[best] + damping[best])
+    shape = np.linalg.pinv(normal[best] + damping[best])
     spread = scale[best] * np.sqrt(np.einsum("ij,jk,ik->i", directions, shape, directions))
     return Explanations(
         evidence,
@@ -254,6 +254,8 @@ def _fields(apart: Array) -> list[_Field]:
 
 
 def _whitening(jacobian: Array) -> Array:
-    """Directions (dof, dof), in columns, that move the surface independently, by 1 in the mean square each."""
+    """Directions (dof, dof), in columns, that move the surface by 1 in the mean square, each by itself."""
+    if not jacobian.shape[1]:
+        return np.empty((0, 0))
     sizes, vectors = np.linalg.eigh(jacobian.T @ jacobian / len(jacobian))
     return np.asarray(vectors / np.sqrt(np.maximum(sizes, 1e-12 * max(sizes.max(), 1e-300))))

@@ -138,7 +138,7 @@ def claim(
     if not refusal and (refusal := _several(evidence, len(cloud.working))):
         foreign = max(foreign, odds)
     words = _words(evidence, cloud)
-    settled = bool(evidence.exact.all() or evidence.exact_share >= EXACT)
+    settled = evidence.exact_share >= EXACT and not evidence.on_curves
     if question.max_error is not None:
         mean = mean_error if question.counts_all else evidence.mean_inlier_distance / cloud.diagonal
         settled = mean <= question.max_error
@@ -246,9 +246,16 @@ def decide(claims: list[Claim], cloud: Cloud, tolerance: float) -> Decision:
 
 
 def _as_likely(other: Claim, best: Claim) -> bool:
-    """Whether a claim that is no better than the best one is not told from it."""
-    exact = best.evidence.exact.any() or other.evidence.exact.any()
-    return not exact and best.odds - other.odds < DECIDED
+    """Whether a claim that is no better than the best one is not told from it.
+
+    Where points lie on curves, the surface that has the fewest parameters is no likelier for that.
+    """
+    one, two = best.evidence, other.evidence
+    if one.on_curves:
+        if one.exact.any():
+            return abs(one.exact_share - two.exact_share) <= EQUAL_SHARES * one.exact_share
+        return not two.exact.any() and one.noise.log_likelihood - two.noise.log_likelihood < DECIDED
+    return not (one.exact.any() or two.exact.any()) and best.odds - other.odds < DECIDED
 
 
 def _foreign_odds(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: float) -> float:
@@ -276,6 +283,8 @@ def may_overtake(
     """
     if best.settled:
         return False
+    if best.evidence.on_curves:
+        return True
     explained, more = best.evidence.explained, PRIMITIVES[kind].dof - best.dof
     limit = max(best.evidence.noise_scale, FORM * cloud.extent, tolerance)
     if explained is not None and explained.unexplained is not None:
