@@ -1,4 +1,4 @@
-"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields, and their likelihood."""
+"""What a fitted surface leaves over of a cloud: exact points, outliers, noise, and how likely that is."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -174,7 +174,7 @@ def _explained(
 
 
 def _linear(primitive: Primitive, points: Array, limits: Limits | None) -> tuple[Array, Array, Array]:
-    """Distances (N,) of points (N, 3), their derivatives (N, k) by the steps that are free, and their feet."""
+    """Distances (N,) of points (N, 3), their derivatives (N, k) by the free steps, and their feet."""
     if limits is None:
         residual, jacobian = linearize(primitive, points)
     else:
@@ -229,7 +229,7 @@ def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple
 
 
 def _on_curves(kind: str, cloud: Cloud, near: np.ndarray, noise_scale: float) -> bool:
-    """Whether more quadrics than a surface of this kind asks for pass through its points, as exactly as it does.
+    """Whether more quadrics pass through the points, as exactly as the surface, than hold all of such a surface.
 
     Two of them meet in curves. Within much noise every arc has several.
     """
