@@ -1,4 +1,4 @@
-"""What a fitted surface leaves over of a cloud: exact points, outliers, noise, and how likely that is."""
+"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields; how likely that is."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -229,7 +229,7 @@ def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple
 
 
 def _on_curves(kind: str, cloud: Cloud, near: np.ndarray, noise_scale: float) -> bool:
-    """Whether more quadrics pass through the points, as exactly as the surface, than hold all of such a surface.
+    """Whether more quadrics than a surface of this kind asks for pass through its points as exactly.
 
     Two of them meet in curves. Within much noise every arc has several.
     """

@@ -5,8 +5,8 @@ neighbouring kinds; parts bow and bulge by as much. So residuals count as
 
     r = J s + e + f + g
 
-with steps s of the parameters, white noise e, a rough field f of correlation exp(-d / l), and a smooth one
-g of exp(-d^2 / 2 l^2), where d is the distance between feet on the surface. Points are taken together in
+with steps s of the parameters, white noise e, a rough field f of correlation exp(-d / l), and a smooth one g
+of exp(-d^2 / 2 l^2), where d is the distance between feet on the surface. Points are taken together in
 patches (their means, and what they scatter about those), so that all of them count where the fields are
 small, and no more than some dozen where they are not.
 Source: Rasmussen and Williams, "Gaussian processes for machine learning", 2006, chapters 2 and 5; Occam's
