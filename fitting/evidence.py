@@ -23,14 +23,17 @@ OUTLIERS = 0.05
 """Share of a cloud that is outliers, before anything is known of it; they are uniform over its extent."""
 
 EXACT_REACH = 0.01
+"""Beside exact points no other is an outlier up to this share of the extent: it is a deformation."""
+
 FAR = 0.05
-"""Beside exact points, the others are outliers from the first of these shares of the extent on, and from the
-second on they may be a surface of their own; nearer they are a deformation."""
+"""Beside exact points others may be a surface of their own from this share of the extent on."""
 
 FLAT = 0.4
+"""A rejected point lies on a surface where it and its neighbours scatter about their plane by less than this
+share of what they scatter in its narrower direction; of points in space 3 % do."""
+
 FLAT_NEIGHBOURS = 12
-"""A rejected point lies on a surface where it and its neighbours among the rejected scatter about their plane
-by less than this share of what they scatter in its narrower direction; of points in space 3 % do."""
+"""Rejected points, the point itself among them, that this is asked of."""
 
 QUIET = 1e-3
 """Noise, over the extent, up to which points are asked whether they lie on curves."""

@@ -24,13 +24,18 @@ from scipy.linalg.lapack import dpotrf
 from fitting.geometry import Array
 
 ROUGH = (0.3, 1.0, 3.0)
+"""Standard deviations of the rough field, over that of the white noise: from what is hardly seen in a patch
+to nearly all of the noise."""
+
 ROUGH_RANGES = (0.1, 0.3, 1.0)
-"""Sizes of the rough field, over the white noise, and its ranges, over the extent: from what is hardly seen
-in a patch to all of the noise, from a patch to the whole cloud."""
+"""Its ranges, over the extent: from a patch to the whole cloud."""
 
 SMOOTH = (1.0, 3.0, 10.0, 30.0)
+"""Standard deviations of the smooth field, over that of the white noise: from one that patches just show to
+that of a wrong kind under little noise."""
+
 SMOOTH_RANGES = (0.3, 2.0)
-"""The same of the smooth one: waves and bulges of a third of the cloud, and bows of all of it."""
+"""Its ranges, over the extent: waves and bulges of a third of the cloud, and bows of all of it."""
 
 PRIOR = 0.1
 """Extents by which a parameter may move the surface: that a cloud lies on it is known beforehand."""
