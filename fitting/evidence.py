@@ -35,7 +35,7 @@ share of what they scatter in its narrower direction; of points in space 3 % do.
 FLAT_NEIGHBOURS = 12
 """Rejected points, the point itself among them, that this is asked of."""
 
-QUIET = 1e-3
+QUIET = 1e-4
 """Noise, over the extent, up to which points are asked whether they lie on curves."""
 
 QUADRICS = {"plane": 4, "sphere": 1, "cylinder": 1, "cone": 1, "torus": 0}

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from fitting.geometry import Array
+from fitting.geometry import TINY, Array
 
 ROUGH = (0.3, 1.0, 3.0)
 """Standard deviations of the rough field, over that of the white noise: from what is hardly seen in a patch
@@ -36,6 +36,9 @@ that of a wrong kind under little noise."""
 
 SMOOTH_RANGES = (0.3, 2.0)
 """Its ranges, over the extent: waves and bulges of a third of the cloud, and bows of all of it."""
+
+UNDETERMINED = 1e-12
+"""Directions that move the surface by less than this, over the one that moves it most, are not seen."""
 
 PRIOR = 0.1
 """Extents by which a parameter may move the surface: that a cloud lies on it is known beforehand."""
@@ -120,8 +123,9 @@ class Explanations:
     ----------
     log_evidence : (T,) of the residuals under each
     white : (T,) standard deviation of the white noise of a point
-    rough, rough_range : (T,) of the rough field, the range over the extent
-    smooth, smooth_range : (T,) of the smooth one as it shows beside what steps of the parameters take of it
+    rough, rough_range : (T,) of the rough field, as it shows beside what steps of the parameters take of it;
+        the range over the extent
+    smooth, smooth_range : (T,) the same of the smooth one
     hidden : deviation within patches, which the fields do not see
     spread : (dof,) standard deviations of the parameters under the likeliest
     unexplained : logarithm of how much likelier the residuals would be if they were white noise as points
@@ -187,15 +191,16 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     evidence -= 0.5 * np.linalg.slogdet(steps)[1]
     scale = np.sqrt(variance)
     taken = np.linalg.qr(whitened)[0]
+    seen = np.array([_seen(*each, taken) for each in zip(fields, roots, rest, strict=True)])
     best = int(np.argmax(evidence))
     shape = np.linalg.pinv(normal[best] + damping[best])
     spread = scale[best] * np.sqrt(np.einsum("ij,jk,ik->i", directions, shape, directions))
     return Explanations(
         evidence,
         scale,
-        scale * np.array([field.rough for field in fields]),
+        seen[:, 0],
         np.array([field.rough_range for field in fields]),
-        np.array([_seen(*each, taken) for each in zip(fields, roots, rest, strict=True)]),
+        seen[:, 1],
         np.array([field.smooth_range for field in fields]),
         patched.hidden,
         spread,
@@ -203,15 +208,16 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     )
 
 
-def _seen(field: "_Field", root: Array, rest: Array, taken: Array) -> float:
-    """Size of the smooth deviation that residuals show, beside what steps of the parameters take of it.
+def _seen(field: "_Field", root: Array, rest: Array, taken: Array) -> tuple[float, float]:
+    """Sizes of the rough and of the smooth deviation that residuals show beside steps of the parameters.
 
-    Its most likely course, root mean square over the patches, from residuals (P,) whitened by `root`.
+    Of their most likely courses, root mean square over the patches, from residuals (P,) whitened by `root`.
     """
-    if field.bell is None:
-        return 0.0
-    course = field.smooth**2 * (field.bell @ dtrsm(1.0, root, rest[:, None], lower=1, trans_a=1)[:, 0])
-    return float(np.sqrt(np.mean((course - taken @ (taken.T @ course)) ** 2)))
+    weights = dtrsm(1.0, root, rest[:, None], lower=1, trans_a=1)[:, 0]
+    smooth = np.zeros_like(rest) if field.bell is None else field.smooth**2 * (field.bell @ weights)
+    courses = np.stack([field.covariance @ weights - smooth, smooth], axis=1)
+    sizes = np.sqrt(np.mean((courses - taken @ (taken.T @ courses)) ** 2, axis=0))
+    return float(sizes[0]), float(sizes[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,5 +263,5 @@ def _whitening(jacobian: Array) -> Array:
     """Directions (dof, dof), in columns, that move the surface by 1 in the mean square, each by itself."""
     if not jacobian.shape[1]:
         return np.empty((0, 0))
-    sizes, vectors = np.linalg.eigh(jacobian.T @ jacobian / len(jacobian))
-    return np.asarray(vectors / np.sqrt(np.maximum(sizes, 1e-12 * max(sizes.max(), 1e-300))))
+    _, sizes, directions = np.linalg.svd(jacobian / np.sqrt(len(jacobian)), full_matrices=False)
+    return np.asarray(directions.T / np.maximum(sizes, UNDETERMINED * max(float(sizes[0]), TINY)))

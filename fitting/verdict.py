@@ -117,7 +117,7 @@ def bearable(explained: Explanations, evidence: Evidence, extent: float, toleran
     seen = explained.smooth <= np.maximum(explained.white, form)
     hidden = explained.hidden <= np.maximum(2.0 * explained.white, form)
     most = SCATTER * extent * max(1.0 - 4.0 * evidence.free / len(evidence.distance), 0.25)
-    return np.asarray(seen & hidden & (explained.white <= most))
+    return np.asarray(seen & hidden & (evidence.noise_scale <= most))
 
 
 def claim(
@@ -147,7 +147,10 @@ def claim(
         refusal = ("" if question.counts_all else refusal) or ("" if settled else words)
         foreign = -np.inf
     elif question.only and question.counts_all:
-        words, refusal, foreign, settled = f"the only kind allowed; {refusal or words}", "", -np.inf, True
+        if refusal or foreign > odds:
+            why = refusal or _off(evidence.explained, evidence, cloud, question.tolerance)
+            words = f"the only kind allowed, though {why}"
+        refusal, foreign, settled = "", -np.inf, True
     elif not refusal and evidence.exact.any() and not settled:
         if evidence.noise_scale > 2.0 * SCATTER * cloud.extent:
             refusal = f"{words}, which is no surface"
@@ -196,7 +199,7 @@ def _words(evidence: Evidence, cloud: Cloud) -> str:
     said = [f"the points {scatter}"]
     if rough > 0.0:
         span = unit * cloud.extent * explained.rough_range[best]
-        said.append(f"neighbours share {rough:.3g} of that over {span:.3g}")
+        said.append(f"neighbours share a deviation of {rough:.3g} over {span:.3g}")
     if smooth > 0.0:
         span, noise = unit * cloud.extent * explained.smooth_range[best], unit * explained.white[best]
         said.append(
@@ -235,8 +238,9 @@ def decide(claims: list[Claim], cloud: Cloud, tolerance: float) -> Decision:
     best = best_of(possible)
     same = [each for each in possible if tolerance and _agree(each, best, cloud, tolerance)]
     best = min(same, key=lambda each: each.dof, default=best)
-    if _foreign_odds(best, claims, cloud, tolerance) > best.odds:
-        return Decision("no_fit", best, (), f"the shape is systematically off: {best.words}")
+    foreign, why = _foreign(best, claims, cloud, tolerance)
+    if foreign > best.odds:
+        return Decision("no_fit", best, (), why)
     rivals = [
         each
         for each in sorted(possible, key=lambda each: -each.odds)
@@ -258,19 +262,42 @@ def _as_likely(other: Claim, best: Claim) -> bool:
     return not (one.exact.any() or two.exact.any()) and best.odds - other.odds < DECIDED
 
 
-def _foreign_odds(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: float) -> float:
-    """How likely it is that none of the kinds is right, in the unit of the odds of the best claim.
+def _foreign(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: float) -> tuple[float, str]:
+    """How likely it is that none of the kinds is right, in the unit of the odds of the best claim, and why.
 
     Beside what each kind's patches say of another shape near it, whether the points deviate smoothly from the
-    best kind around it or along it.
+    best kind as a function of one of its coordinates alone.
     """
     if best.settled or best.evidence.exact.any():
-        return -np.inf
-    found = [each.foreign for each in claims]
+        return -np.inf, ""
+    other = max(claims, key=lambda each: each.foreign)
+    found = [
+        (other.foreign, other.refusal or _off(other.evidence.explained, other.evidence, cloud, tolerance))
+    ]
     for explained in best.evidence.along_its_own(cloud):
         mask = bearable(explained, best.evidence, cloud.extent, tolerance)
-        found.append(best.odds - best.prior + prior_of(0.0) + explained.among(~mask) - explained.among(mask))
+        odds = best.odds - best.prior + prior_of(0.0) + explained.among(~mask) - explained.among(mask)
+        found.append((odds, _off(explained, best.evidence, cloud, tolerance)))
     return max(found)
+
+
+def _off(explained: Explanations | None, evidence: Evidence, cloud: Cloud, tolerance: float) -> str:
+    """What is wrong with a surface, by the likeliest explanation that its kind does not bear."""
+    if explained is None:
+        return _words(evidence, cloud)
+    kind, unit = evidence.primitive.kind, cloud.frame.scale
+    wrong = ~bearable(explained, evidence, cloud.extent, tolerance)
+    worst = int(np.argmax(np.where(wrong, explained.log_evidence, -np.inf)))
+    white, smooth, span = explained.white[worst], explained.smooth[worst], explained.smooth_range[worst]
+    if smooth > max(white, FORM * cloud.extent):
+        deviation = f"by {unit * smooth:.3g} over {unit * cloud.extent * span:.3g}"
+        return (
+            f"the shape is systematically off: the points deviate smoothly from the {kind} {deviation}, "
+            f"{smooth / white:.2g} times their noise"
+        )
+    if explained.hidden > 2.0 * white:
+        return f"the shape is systematically off: the points deviate from the {kind} within short distances"
+    return f"the points scatter by {unit * evidence.noise_scale:.3g} about the {kind}: that is no surface"
 
 
 def may_overtake(
