@@ -1,0 +1,108 @@
+"""White noise and random fields on a surface: which explanation is the likely one, and how large its parts are."""
+
+import numpy as np
+import pytest
+
+from fitting.fields import Explanations, Patched, explanations, log_mean
+from fitting.geometry import Array
+from fitting.patches import GRAIN, PATCHES, grains_of, patches_of, strips_of
+from fitting.primitives import Cylinder, Plane, Sphere
+from fitting.refine import linearize, refine
+
+NOISE = 0.01
+
+
+def square(n: int, seed: int = 0) -> Array:
+    return np.column_stack([np.random.default_rng(seed).uniform(-0.5, 0.5, (n, 2)), np.zeros(n)])
+
+
+def explained(height: Array, feet: Array) -> Explanations:
+    """Of a plane that is fitted to points so high above it."""
+    points = feet + height[:, None] * [0.0, 0.0, 1.0]
+    plane = refine(Plane([0.0, 0.0, 1.0], [0.0, 0.0, 0.0]), points).primitive
+    residual, jacobian = linearize(plane, points)
+    patched = Patched.of(patches_of(feet), grains_of(feet), residual, jacobian, feet / np.sqrt(2.0))
+    return explanations(patched, np.sqrt(2.0), 1e-12)
+
+
+def rough_field(feet: Array, span: float, seed: int) -> Array:
+    apart = np.linalg.norm(feet[:, None] - feet[None], axis=2)
+    covariance = np.exp(-apart / span) + 1e-9 * np.eye(len(feet))
+    return np.linalg.cholesky(covariance) @ np.random.default_rng(seed).normal(size=len(feet))
+
+
+@pytest.mark.parametrize("n", [60, 500, 20_000])
+def test_patches_are_of_equal_size_and_hold_neighbours(n: int) -> None:
+    feet = square(n)
+    count = np.bincount(patches_of(feet))
+    assert len(count) == min(n, PATCHES) and np.ptp(count) <= 1
+    widths = [np.ptp(feet[patches_of(feet) == each], axis=0).max() for each in range(len(count))]
+    assert max(widths) < 0.3
+    assert np.bincount(grains_of(feet)).max() <= max(2 * GRAIN, -(-n // PATCHES))
+    assert np.array_equal(strips_of(np.arange(128.0)), np.arange(128) // 2)
+
+
+def test_white_noise_is_told_and_measured() -> None:
+    found = explained(NOISE * np.random.default_rng(1).normal(size=4000), square(4000))
+    best = found.likeliest
+    assert found.white[best] == pytest.approx(NOISE, rel=0.1)
+    assert found.smooth[best] < 0.2 * NOISE and found.rough[best] < 0.3 * NOISE
+    assert found.unexplained is not None and found.unexplained < 10.0
+
+
+def test_a_smooth_deviation_is_told_and_measured() -> None:
+    feet = square(4000)
+    wave = np.cos(9.0 * feet[:, 0]) * np.sin(8.0 * feet[:, 1])
+    wave *= 3.0 * NOISE / np.sqrt(np.mean(wave**2))
+    found = explained(wave + NOISE * np.random.default_rng(2).normal(size=4000), feet)
+    best = found.likeliest
+    assert found.smooth[best] == pytest.approx(3.0 * NOISE, rel=0.2)
+    assert found.white[best] == pytest.approx(NOISE, rel=0.2)
+    assert found.unexplained is not None and found.unexplained > 30.0
+
+
+def test_a_rough_deviation_is_no_smooth_one() -> None:
+    feet = square(1500)
+    field = 2.0 * NOISE * rough_field(feet, 0.2, seed=3)
+    found = explained(field + NOISE * np.random.default_rng(4).normal(size=1500), feet)
+    rough = found.among(found.smooth < NOISE)
+    assert rough > found.among(found.smooth >= NOISE)
+    assert found.rough[found.likeliest] > NOISE
+
+
+def test_waves_shorter_than_a_patch_are_hidden_in_it() -> None:
+    feet = square(20_000)
+    ripple = 3.0 * NOISE * np.cos(120.0 * feet[:, 0])
+    found = explained(ripple + 0.5 * NOISE * np.random.default_rng(5).normal(size=20_000), feet)
+    assert found.hidden > 1.5 * NOISE
+    assert explained(NOISE * np.random.default_rng(5).normal(size=20_000), feet).hidden < 0.2 * NOISE
+
+
+def test_parameters_that_hardly_move_the_surface_have_their_price() -> None:
+    """A sphere of a radius of 10,000 extents is no cheaper than a plane: its curvature is a direction, too."""
+    feet = square(3000)
+    points = feet + NOISE * np.random.default_rng(6).normal(size=3000)[:, None] * [0.0, 0.0, 1.0]
+    evidence = []
+    for surface in (
+        Plane([0, 0, 1], [0, 0, 0]),
+        Sphere([0.0, 0.0, -1e4], 1e4),
+        Cylinder([1, 0, 0], [0, 0, -1e4], 1e4),
+    ):
+        residual, jacobian = linearize(surface, points)
+        patched = Patched.of(patches_of(feet), grains_of(feet), residual, jacobian, feet / np.sqrt(2.0))
+        evidence.append(log_mean(explanations(patched, np.sqrt(2.0), 1e-12).log_evidence))
+    assert evidence[0] - evidence[1] > 3.0 and evidence[0] - evidence[2] > 3.0
+
+
+def test_places_a_turn_apart_are_the_same() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)
+    patched = Patched.of(
+        strips_of(angle), strips_of(angle), np.zeros(256), np.ones((256, 1)), angle[:, None], 2.0 * np.pi
+    )
+    assert patched.apart.max() == pytest.approx(np.pi, rel=0.05)
+    assert patched.apart[0, -1] == pytest.approx(patched.apart[0, 1])
+
+
+def test_a_mean_of_likelihoods_does_not_overflow() -> None:
+    assert log_mean(np.array([1000.0, 1000.0])) == pytest.approx(1000.0)
+    assert log_mean(np.array([])) == -np.inf

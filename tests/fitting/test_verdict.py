@@ -1,0 +1,115 @@
+"""The comparison of the kinds: bows, bars, rings, outliers and what a caller tolerates."""
+
+import numpy as np
+import pytest
+
+from fitting.config import Config
+from fitting.geometry import Array
+from fitting.primitives import Cone, Cylinder, Plane, Sphere
+from fitting.recognize import recognize
+from fitting.verdict import MISTAKEN, prior_of
+
+NOISE = 0.005
+
+
+def rng(seed: int = 0) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def bar(faces: int, n: int, noise: float, seed: int) -> Array:
+    """The sides of a prism along z, 2 radii long, without ends."""
+    random = rng(seed)
+    side, along, height = random.integers(faces, size=n), random.random(n), random.uniform(-1.0, 1.0, n)
+    corners = np.exp(2j * np.pi * np.arange(faces + 1) / faces)
+    places = corners[side] + along * (corners[side + 1] - corners[side])
+    outward = np.exp(2j * np.pi * (side + 0.5) / faces)
+    places = places + noise * random.normal(size=n) * outward
+    return np.column_stack([places.real, places.imag, height])
+
+
+@pytest.mark.parametrize("n", [400, 3000, 20_000])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_plane_that_bows_by_half_its_noise_is_a_plane(n: int, sign: float) -> None:
+    x, y = rng(n).uniform(-0.5, 0.5, (2, n))
+    bow = x**2 + y**2
+    bow = sign * 0.5 * NOISE * (bow - bow.mean()) / bow.std()
+    answer = recognize(np.column_stack([x, y, bow + NOISE * rng(1).normal(size=n)]))
+    assert answer.status == "fitted" and isinstance(answer.primitive, Plane)
+
+
+@pytest.mark.parametrize("faces", [3, 4, 5, 6, 8])
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_a_bar_is_no_cylinder(faces: int, noise: float) -> None:
+    answer = recognize(bar(faces, 3000, noise, faces))
+    assert answer.status == "no_fit"
+    assert recognize(bar(faces, 3000, noise, faces), Config(kinds=("cylinder",))).status == "no_fit"
+
+
+def test_a_pipe_beside_the_bars_is_one() -> None:
+    pipe = Cylinder([0.0, 0.0, 1.0], [0.0, 0.0, 0.0], 1.0)
+    points = pipe.surface(rng(0).uniform(0.0, 2.0 * np.pi, 3000), rng(1).uniform(-1.0, 1.0, 3000))
+    answer = recognize(points + 0.003 * rng(2).normal(size=(3000, 3)))
+    assert answer.status == "fitted" and isinstance(answer.primitive, Cylinder)
+
+
+def test_two_rings_do_not_decide_for_the_sphere_through_them() -> None:
+    cone = Cone([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 0.5)
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    points = np.vstack([cone.surface(angle, np.full(40, height)) for height in (1.0, 2.0)])
+    answer = recognize(points)
+    assert answer.status == "ambiguous" and answer.primitive is not None
+    kinds = {answer.primitive.kind, *(other.primitive.kind for other in answer.alternatives)}
+    assert {"sphere", "cone"} <= kinds
+    for other in answer.alternatives:
+        assert other.error.max < 1e-9
+
+
+def test_few_points_are_no_plane_with_a_third_thrown_away() -> None:
+    pipe = Cylinder([0.0, 0.0, 1.0], [0.0, 0.0, 0.0], 1.0)
+    points = pipe.surface(rng(3).uniform(0.0, np.pi, 24), rng(4).uniform(-1.0, 1.0, 24))
+    answer = recognize(points + 0.02 * rng(5).normal(size=(24, 3)))
+    assert answer.primitive is not None
+    kinds = {answer.primitive.kind, *(other.primitive.kind for other in answer.alternatives)}
+    assert "cylinder" in kinds and "plane" not in kinds
+
+
+def test_repeating_points_moves_nothing_and_shares_tell_of_all_points() -> None:
+    pipe = Cylinder([0.0, 0.0, 1.0], [0.0, 0.0, 0.0], 1.0)
+    points = pipe.surface(rng(6).uniform(0.0, 3.0, 600), rng(7).uniform(-1.0, 1.0, 600))
+    points += NOISE * rng(8).normal(size=(600, 3))
+    points[:30] += rng(9).uniform(-1.0, 1.0, (30, 3))
+    again = np.vstack([points, points[:200], points[:200]])
+    one, two = recognize(points), recognize(again)
+    assert isinstance(one.primitive, Cylinder) and isinstance(two.primitive, Cylinder)
+    assert two.primitive.radius == pytest.approx(one.primitive.radius, abs=1e-9)
+    assert two.inliers is not None and two.error is not None
+    belongs = two.inliers.among(again)
+    assert two.error.inlier_share == pytest.approx(belongs.mean())
+    distance = two.primitive.signed_distance(again)[belongs]
+    assert two.error.inlier_rms == pytest.approx(np.sqrt(np.mean(distance**2)))
+
+
+def test_within_the_tolerance_the_simplest_kind_is_answered() -> None:
+    ball = Sphere([0.0, 0.0, -2.0], 2.0)
+    x, y = rng(10).uniform(-0.5, 0.5, (2, 3000))
+    points = np.column_stack([x, y, np.sqrt(4.0 - x**2 - y**2) - 2.0]) + 1e-3 * rng(11).normal(size=(3000, 3))
+    assert isinstance(recognize(points).primitive, Sphere)
+    answer = recognize(points, Config(tolerance=0.1))
+    assert answer.status == "fitted" and isinstance(answer.primitive, Plane)
+    assert recognize(points, Config(kinds=("plane",))).status == "no_fit"
+    assert recognize(points, Config(kinds=("plane",), tolerance=0.1)).status == "fitted"
+    assert ball.radius == 2.0
+
+
+def test_the_ranking_is_a_prior_that_may_be_mistaken() -> None:
+    assert prior_of(1.0) > prior_of(None) > prior_of(0.0)
+    assert np.exp(prior_of(0.0)) == pytest.approx(MISTAKEN / 5.0)
+
+
+def test_attempts_carry_their_evidence_beside_that_of_the_answer() -> None:
+    pipe = Cylinder([0.0, 0.0, 1.0], [0.0, 0.0, 0.0], 1.0)
+    points = pipe.surface(rng(12).uniform(0.0, 2.0, 800), rng(13).uniform(-1.0, 1.0, 800))
+    answer = recognize(points + NOISE * rng(14).normal(size=(800, 3)))
+    evidence = {attempt.kind: attempt.evidence for attempt in answer.attempts}
+    assert evidence["cylinder"] == 0.0
+    assert evidence["cone"] is not None and evidence["cone"] < 0.0
