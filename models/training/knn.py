@@ -21,7 +21,7 @@ from models.training.dataset import HELD_BACK_CLOUDS, SEED, TRAINING_CLOUDS, Dat
 from models.training.metrics import metrics
 from models.weights import DIRECTORY, Card, load, save
 
-CHECK_CLOUDS = 400
+CHECK_CLOUDS = 250
 LOWEST_CHECK = 0.8
 """Top-1 accuracy that even the small build of --check must reach."""
 
