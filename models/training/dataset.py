@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -21,12 +21,13 @@ from synthetic import RECIPES, SensorRecipe, SyntheticCloud, cloud
 Array = NDArray[np.float64]
 
 SEED = 2022
-TRAINING_CLOUDS = 16_000
 HELD_BACK_CLOUDS = 2_000
-"""Clouds a family that both classifiers learn from and are scored on."""
+"""Clouds a family that both classifiers are scored on."""
 KEPT_POINTS = 256
 """Points of each cloud that a dataset keeps beside the features, for networks that look at points."""
-FAMILIES = ("benchmark", "scanner", "sensor")
+TRAINING_CLOUDS = {"benchmark": 6_000, "scanner": 6_000, "sensor": 2_000}
+"""Clouds that both classifiers learn from. Those of sensors take longest to draw, and fewer of them do."""
+FAMILIES = tuple(TRAINING_CLOUDS)
 """The recipes that classifiers are trained on."""
 TRAINING_RECIPES = {**RECIPES, "sensor": replace(SensorRecipe(), share_of_many=0.0)}
 """Without sensor clouds of over 20,000 points, which take six times as long as others to draw; the pipeline
@@ -120,19 +121,39 @@ def join(parts: Sequence[Dataset]) -> Dataset:
     )
 
 
+def numbers(text: str) -> dict[str, int]:
+    """Of clouds by family, from an option: `benchmark=60,scanner=60,sensor=20`, or one number for all."""
+    if text.isdecimal():
+        return dict.fromkeys(FAMILIES, int(text))
+    found = {family: int(n) for family, _, n in (part.partition("=") for part in text.split(","))}
+    if set(found) != set(FAMILIES):
+        raise ValueError(f"needs a number for each of {', '.join(FAMILIES)}")
+    return found
+
+
+def option(clouds: Mapping[str, int]) -> str:
+    """What `numbers` reads."""
+    return ",".join(f"{family}={n}" for family, n in clouds.items())
+
+
 def make_dataset(
-    seed: int, n: int, families: Sequence[str] = FAMILIES, processes: int = 1, cache: Path | None = None
+    seed: int,
+    n: int | Mapping[str, int],
+    families: Sequence[str] = FAMILIES,
+    processes: int = 1,
+    cache: Path | None = None,
 ) -> Dataset:
-    """The first n clouds of a seed of each family; the same whatever the number of processes.
+    """The first n clouds of a seed of each family, or n by family; whatever the number of processes.
 
     With a cache, a directory, what was made before with the same recipe and `FEATURE_VERSION` is read from
     there, so that a run goes on where it was cut off; nobody notices changes of the generator, so the cache
     is for one build.
     """
+    clouds = dict.fromkeys(families, n) if isinstance(n, int) else n
     shards = [
-        Shard(family, seed, first, min(first + SHARD, n))
+        Shard(family, seed, first, min(first + SHARD, clouds[family]))
         for family in families
-        for first in range(0, n, SHARD)
+        for first in range(0, clouds[family], SHARD)
     ]
     if cache:
         cache.mkdir(parents=True, exist_ok=True)

@@ -3,20 +3,23 @@
 from dataclasses import fields
 
 import numpy as np
+import pytest
 
 from models.knn import KnnClassifier
 from models.training import dataset
-from models.training.dataset import FAMILIES, make_dataset
+from models.training.dataset import FAMILIES, make_dataset, numbers, option
 from models.training.knn import build, main, train
 from models.training.metrics import metrics, rank_of_truth
 from models.weights import load
 from synthetic.sensors import SENSORS
 
+FEW = {"benchmark": 20, "scanner": 15, "sensor": 10}
+
 
 def test_one_seed_one_file(tmp_path):
-    first = train(3, 15, 5, tmp_path / "first")
-    second = train(3, 15, 5, tmp_path / "second")
-    other = train(4, 15, 5, tmp_path / "other")
+    first = train(3, FEW, 5, tmp_path / "first")
+    second = train(3, FEW, 5, tmp_path / "second")
+    other = train(4, FEW, 5, tmp_path / "other")
     assert first == second
     for name in ("knn.npz", "knn.json"):
         assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
@@ -25,11 +28,20 @@ def test_one_seed_one_file(tmp_path):
 
 
 def test_the_command_writes_weights_that_load(tmp_path, capsys):
-    main(["--seed", "5", "--clouds", "30", "--held-back", "5", "--out", str(tmp_path)])
+    main(["--seed", "5", "--clouds", option(FEW), "--held-back", "5", "--out", str(tmp_path)])
     arrays, card = load("knn", tmp_path)
+    assert card.recipe["clouds"] == FEW
     assert card.seed == 5 and card.recipe["held_back_seed"] == 6
-    assert arrays["references"].shape[0] == 90
+    assert arrays["references"].shape[0] == sum(FEW.values())
     assert card.sha256 in capsys.readouterr().out
+
+
+def test_numbers_of_clouds_are_read():
+    assert numbers("7") == dict.fromkeys(FAMILIES, 7)
+    assert numbers(option(FEW)) == FEW
+    for wrong in ("benchmark=1", "benchmark=1,scanner=2,sensors=3", "many"):
+        with pytest.raises(ValueError):
+            numbers(wrong)
 
 
 def test_datasets_do_not_depend_on_their_length():

@@ -12,6 +12,8 @@ from models.training import pointnet  # noqa: E402
 from models.training.dataset import make_dataset  # noqa: E402
 from models.weights import load  # noqa: E402
 
+FEW = {"benchmark": 15, "scanner": 10, "sensor": 5}
+
 
 @pytest.fixture(scope="module")
 def data():
@@ -28,9 +30,9 @@ def test_torch_and_served_logits_agree(data):
 
 
 def test_one_seed_one_file(tmp_path):
-    first, _ = training.train(3, 10, 5, 5, tmp_path / "first", epochs=2)
-    second, _ = training.train(3, 10, 5, 5, tmp_path / "second", epochs=2, cache=tmp_path / "cache")
-    third, _ = training.train(3, 10, 5, 5, tmp_path / "third", epochs=2, cache=tmp_path / "cache")
+    first, _ = training.train(3, FEW, 5, 5, tmp_path / "first", epochs=2)
+    second, _ = training.train(3, FEW, 5, 5, tmp_path / "second", epochs=2, cache=tmp_path / "cache")
+    third, _ = training.train(3, FEW, 5, 5, tmp_path / "third", epochs=2, cache=tmp_path / "cache")
     assert first == second == third
     for name in ("network.npz", "network.json"):
         assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
