@@ -25,8 +25,8 @@ HELD_BACK_CLOUDS = 2_000
 """Clouds a family that both classifiers are scored on."""
 KEPT_POINTS = 256
 """Points of each cloud that a dataset keeps beside the features, for networks that look at points."""
-TRAINING_CLOUDS = {"benchmark": 6_000, "scanner": 6_000, "sensor": 2_000}
-"""Clouds that both classifiers learn from. Those of sensors take longest to draw, and fewer of them do."""
+TRAINING_CLOUDS = {"benchmark": 10_000, "scanner": 10_000, "sensor": 2_500}
+"""Clouds that both classifiers learn from; of sensors, which take longest to draw, fewer do."""
 FAMILIES = tuple(TRAINING_CLOUDS)
 """The recipes that classifiers are trained on."""
 TRAINING_RECIPES = {**RECIPES, "sensor": replace(SensorRecipe(), share_of_many=0.0)}

@@ -34,7 +34,7 @@ from models.weights import DIRECTORY, Card, save
 
 Array = NDArray[np.float64]
 
-CALIBRATION_CLOUDS = 1_500
+CALIBRATION_CLOUDS = 750
 """A family, beside those of `models.training.dataset`."""
 WIDTHS = (128, 64)
 EPOCHS = 40
