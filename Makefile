@@ -6,6 +6,7 @@
 # make weights  train both classifiers again             make clean       remove what these verbs made
 # make training-figures  after make weights: docs/training-figures.md
 # make example  refresh the answer that the API shows   make openapi     refresh docs/openapi.json
+# make constants  the table of constants in docs/pipeline.md, and how many numbers the verdict has
 # make bench  measure primfit on small sets, a few minutes; the report: build/bench/report/benchmark.md
 # make bench-peers  install what the benchmark compares with    make bench-full  measure all of them, a few hours
 
@@ -33,7 +34,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-schema test-torch lint weights training-figures example openapi bench bench-peers bench-full image clean
+.PHONY: run setup test test-slow test-schema test-torch lint weights training-figures example openapi constants bench bench-peers bench-full image clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -79,6 +80,10 @@ example: $(VENV)/.serving
 # The contract, as a file: clients are generated from it, and a change of it is seen in a diff.
 openapi: $(VENV)/.serving
 	$(VENV)/bin/primfit openapi > docs/openapi.json
+
+# The table of docs/pipeline.md from the sources; it installs nothing.
+constants:
+	@$(PYTHON) docs/constants.py
 
 # Both go on where they were cut off; `primfit bench --help` has more.
 bench: $(VENV)/.bench

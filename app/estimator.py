@@ -10,8 +10,8 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from app.engine import fit
 from fitting.errors import InvalidPointCloudError
-from fitting.geometry import Array
 from fitting.evidence import OUTLIER
+from fitting.geometry import Array
 from fitting.noise import rounding_of
 from fitting.primitives import Primitive
 from fitting.result import Recognition

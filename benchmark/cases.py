@@ -19,6 +19,7 @@ from fitting.geometry import Array
 from fitting.primitives import KINDS, Primitive
 from synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
 from synthetic.bows import DEVIATIONS, DEVIATIONS_OF
+from synthetic.clouds import MOVES
 from synthetic.noise import rounded
 from synthetic.perturb import random_subset, uniform_noise
 from synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES, Range
@@ -163,7 +164,8 @@ SENSOR_POINTS: Buckets = (
 def sensor(seed: int, index: int) -> Case:
     drawn = cloud(replace(RECIPES["sensor"], seed=seed), index)
     points = bucket(SENSOR_POINTS, len(drawn.points))
-    return case(index, drawn, {"points": points, "sensor": drawn.sensor})
+    seen = {"points": points, "sensor": drawn.sensor, "largest effect": drawn.largest_effect}
+    return case(index, drawn, seen)
 
 
 SCAN = ScannerRecipe(points=Range(2000, 2000), noise=Range(1e-3, 1e-3), noiseless=0.0, without_outliers=1.0)
@@ -413,7 +415,7 @@ CASE_SETS: dict[str, CaseSet] = {
             "is mostly correlated, depth steps, rings, waves along lines, bows of the sensor and of the "
             "part, double walls, fringes and tails at edges, ragged borders, up to 3 % gross outliers; 50 to "
             "200,000 points. Whoever knew the errors' covariance could tell the kind.",
-            {"points": _names(SENSOR_POINTS), "sensor": SENSORS},
+            {"points": _names(SENSOR_POINTS), "sensor": SENSORS, "largest effect": MOVES},
         ),
         150,
         500,

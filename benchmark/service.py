@@ -8,7 +8,6 @@ process of its own, as niced as the workers of the service and on the same proce
 import io
 import json
 import os
-import socket
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -94,14 +93,13 @@ def measure(turns: int, seed: int, log: Path) -> Iterator[Row]:
         child = opened.enter_context(Child(Path(sys.executable), log))
         with on_one_processor():
             port = opened.enter_context(serving(log))
-        connection = opened.enter_context(connect(port))
         child.introduction(METHOD)
         assert child.process is not None
         os.setpriority(os.PRIO_PROCESS, child.process.pid, os.getpriority(os.PRIO_PROCESS, 0) + NICE)
         for size in SIZES:
             cases = [_case(seed, kind, size) for kind in KINDS]
             for format in FORMATS:
-                yield _row(connection, child, format, cases, turns)
+                yield _row(port, child, format, cases, turns)
 
 
 def _case(seed: int, kind: str, size: int) -> Case:
@@ -110,7 +108,7 @@ def _case(seed: int, kind: str, size: int) -> Case:
     return Case(kind, np.ascontiguousarray(drawn.points[:size]), None, {})
 
 
-def _row(connection: socket.socket, child: Child, format: str, cases: list[Case], turns: int) -> Row:
+def _row(port: int, child: Child, format: str, cases: list[Case], turns: int) -> Row:
     media_type, write = FORMATS[format]
     bodies = [write(case.points) for case in cases]
     requests, fits = np.zeros((2, len(cases), 1 + turns, IN_A_ROW))
@@ -119,10 +117,11 @@ def _row(connection: socket.socket, child: Child, format: str, cases: list[Case]
             for i in range(IN_A_ROW):
                 outcome = child.fit(METHOD, case, None, PATIENCE)
                 fits[place, turn, i] = 1e3 * (outcome.seconds or 0.0)
-            for i in range(IN_A_ROW):
-                started = time.perf_counter()
-                content = post(connection, media_type, body)
-                requests[place, turn, i] = 1e3 * (time.perf_counter() - started)
+            with connect(port) as connection:  # anew: the service ends one that waits for slow fits
+                for i in range(IN_A_ROW):
+                    started = time.perf_counter()
+                    content = post(connection, media_type, body)
+                    requests[place, turn, i] = 1e3 * (time.perf_counter() - started)
             answer = json.loads(content)
             if (answer["status"], answer["primitive"]) != (outcome.status, outcome.primitive):
                 raise ServiceError(f"the service and the fit alone answer differently: {format}, {case.name}")

@@ -11,7 +11,7 @@ from fitting.noise import FEWEST_PARAMETERS, rounding_of
 from fitting.normalize import Frame
 from fitting.normals import local_planes
 from fitting.order import canonical_order, canonical_sample, distance_keys, is_first, shuffled
-from fitting.patches import patches_of
+from fitting.patches import grains_of, patches_of
 from fitting.weights import factors_of
 
 WORKING_POINTS = 20_000
@@ -54,7 +54,7 @@ class Cloud:
     tolerance : size of the rounding of the coordinates
     step : of the decimal coordinates, in input units, or None
     diagonal : of the bounding box
-    patch : (M,) number of the patch that each working point is in
+    patch, grain : (M,) number of the patch, and of the grain, that each working point is in
     axes : (3, 3) principal axes of the working points, the widest first, in columns
     extent : diagonal of the box along them around the working points, which turns with the cloud
     flat : all points lie in one plane within the rounding
@@ -73,6 +73,7 @@ class Cloud:
     step: float | None
     diagonal: float
     patch: np.ndarray
+    grain: np.ndarray
     axes: Array
     extent: float
     flat: bool
@@ -134,6 +135,7 @@ class Cloud:
             step=rounding.step,
             diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
             patch=patches_of(working @ axes),
+            grain=grains_of(working @ axes),
             axes=axes,
             extent=float(np.linalg.norm(np.ptp(working @ axes, axis=0))),
             flat=bool(spread[2] <= tolerance),

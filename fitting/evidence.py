@@ -1,4 +1,4 @@
-"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields, and how likely all that is."""
+"""What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields; how likely that is."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 from fitting.cloud import Cloud
 from fitting.fields import Explanations, Patched, explanations
 from fitting.geometry import Array, around_axis, basis, principal
-from fitting.limits import Limits, dof_within
+from fitting.limits import NUMBERS, Limits, dof_within, moved
 from fitting.noise import LEAST_OUTLIERS, ROUNDING_NOISE, NoiseModel, exact_points
-from fitting.patches import PATCHES, strips_of
+from fitting.patches import GRAIN, PATCHES, strips_of
 from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 from fitting.refine import linearize
 from fitting.result import Deviation, ErrorSummary, NoiseSummary
@@ -23,14 +23,23 @@ OUTLIERS = 0.05
 """Share of a cloud that is outliers, before anything is known of it; they are uniform over its extent."""
 
 EXACT_REACH = 0.01
+"""Beside exact points no other is an outlier up to this share of the extent: it is a deformation."""
+
 FAR = 0.05
-"""Beside exact points, the others are outliers from the first of these shares of the extent on, and from the
-second on they may be a surface of their own; nearer they are a deformation."""
+"""Beside exact points others may be a surface of their own from this share of the extent on."""
 
 FLAT = 0.4
+"""A rejected point lies on a surface where it and its neighbours scatter about their plane by less than this
+share of what they scatter in its narrower direction; of points in space 3 % do."""
+
 FLAT_NEIGHBOURS = 12
-"""A rejected point lies on a surface where it and its neighbours among the rejected scatter about their plane
-by less than this share of what they scatter in its narrower direction; of points in space 3 % do."""
+"""Rejected points, the point itself among them, that this is asked of."""
+
+QUIET = 1e-3
+"""Noise, over the extent, up to which points are asked whether they lie on curves."""
+
+QUADRICS = {"plane": 4, "sphere": 1, "cylinder": 1, "cone": 1, "torus": 0}
+"""Independent quadrics that hold all of a surface: with a plane, that and any other plane."""
 
 LARGEST = 5.0
 """Radii are as likely in each octave up to this many extents, and beyond it by the third power less: who cuts
@@ -44,6 +53,7 @@ class Evidence:
     Attributes
     ----------
     primitive : the surface that was judged
+    limits : within which it was fitted
     free : parameters of it that no fixed value and no active limit holds
     small : too few points to reject any
     distance : (M,) signed distances of the working points
@@ -56,9 +66,11 @@ class Evidence:
     explained : the inliers' distances as white noise and fields; None beside exact points, and where points
         are too few
     beside : logarithm of the probability of the outliers and of the sizes of the primitive
+    on_curves : the points lie on curves, such as two rings, through which other surfaces pass as well
     """
 
     primitive: Primitive
+    limits: Limits | None
     free: int
     small: bool
     distance: Array
@@ -70,6 +82,7 @@ class Evidence:
     second_surface: float
     explained: Explanations | None
     beside: float
+    on_curves: bool
 
     @classmethod
     def weigh(cls, primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> Self:
@@ -99,10 +112,13 @@ class Evidence:
             second = _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
         explained, beside = None, 0.0
         if not exact.any():
-            explained = _explained(primitive, cloud, inlier)
-            beside = _outliers(inlier, cloud) + _sizes(primitive, cloud.extent)
+            explained, beside = _explained(primitive, cloud, inlier, limits), _outliers(inlier, cloud)
+        if explained is not None:
+            spread = explained.spread if limits is None else np.zeros(primitive.dof)
+            beside += _sizes(primitive, spread, cloud.extent)
         return cls(
             primitive,
+            limits,
             free,
             small,
             distance,
@@ -114,6 +130,7 @@ class Evidence:
             second,
             explained,
             beside,
+            _on_curves(primitive.kind, cloud, exact if exact.any() else inlier, noise_scale),
         )
 
     @property
@@ -133,29 +150,37 @@ class Evidence:
 
         What depends on one of them alone, the corners of a bar or the ribs of a can, is lost in patches.
         """
-        points, residual = cloud.working[self.inlier], self.distance[self.inlier]
-        jacobian = linearize(self.primitive, points)[1]
-        feet = points - residual[:, None] * self.primitive.gradient(points)
+        residual, jacobian, feet = _linear(self.primitive, cloud.working[self.inlier], self.limits)
         found = []
         for place, turn in _coordinates(self.primitive, feet, cloud.extent):
-            strip = strips_of(place)
-            patched = Patched.of(strip, residual, jacobian, place[:, None], turn)
-            if len(patched.mean) > self.primitive.dof:
+            grain = strips_of(place, max(PATCHES, len(place) // GRAIN))
+            patched = Patched.of(strips_of(place), grain, residual, jacobian, place[:, None], turn)
+            if len(patched.mean) > jacobian.shape[1]:
                 found.append(explanations(patched, cloud.extent, _least(cloud)))
         return found
 
 
-def _explained(primitive: Primitive, cloud: Cloud, inlier: np.ndarray) -> Explanations | None:
+def _explained(
+    primitive: Primitive, cloud: Cloud, inlier: np.ndarray, limits: Limits | None
+) -> Explanations | None:
     """Of the inliers in patches most of whose points are inliers."""
     most = np.bincount(cloud.patch, inlier) >= 0.5 * np.bincount(cloud.patch)
     seen = inlier & most[cloud.patch]
-    points = cloud.working[seen]
-    residual, jacobian = linearize(primitive, points)
-    feet = points - residual[:, None] * primitive.gradient(points)
-    patched = Patched.of(cloud.patch[seen], residual, jacobian, feet / cloud.extent)
-    if len(patched.mean) <= primitive.dof:
+    residual, jacobian, feet = _linear(primitive, cloud.working[seen], limits)
+    patched = Patched.of(cloud.patch[seen], cloud.grain[seen], residual, jacobian, feet / cloud.extent)
+    if len(patched.mean) <= jacobian.shape[1]:
         return None
     return explanations(patched, cloud.extent, _least(cloud))
+
+
+def _linear(primitive: Primitive, points: Array, limits: Limits | None) -> tuple[Array, Array, Array]:
+    """Distances (N,) of points (N, 3), their derivatives (N, k) by the free steps, and their feet."""
+    if limits is None:
+        residual, jacobian = linearize(primitive, points)
+    else:
+        residual, jacobian = linearize(moved(primitive, -limits.pivot), points - limits.pivot)
+        jacobian = jacobian @ limits.free_steps(moved(primitive, -limits.pivot).row(), primitive.dof)
+    return residual, jacobian, points - residual[:, None] * primitive.gradient(points)
 
 
 def _least(cloud: Cloud) -> float:
@@ -170,14 +195,20 @@ def _outliers(inlier: np.ndarray, cloud: Cloud) -> float:
     return outliers * float(np.log(OUTLIERS / cloud.extent)) + (count - outliers) * float(np.log1p(-OUTLIERS))
 
 
-def _sizes(primitive: Primitive, extent: float) -> float:
-    """Log-probability of radii beyond `LARGEST` over that of ordinary ones."""
-    sizes = {
-        Sphere: lambda p: (p.radius,),
-        Cylinder: lambda p: (p.radius,),
-        Torus: lambda p: (p.major_radius, p.minor_radius),
-    }.get(type(primitive), lambda p: ())(primitive)
-    return -3.0 * sum(max(0.0, float(np.log(size / (LARGEST * extent)))) for size in sizes if size > 0.0)
+def _sizes(primitive: Primitive, spread: Array, extent: float) -> float:
+    """Log-probability of radii beyond `LARGEST` over that of ordinary ones.
+
+    A curvature that is known to no better than `spread`, (dof,) of the steps, may be as large as that.
+    """
+    found = 0.0
+    for (kind, name), (component, place) in NUMBERS.items():
+        if kind != primitive.kind or name == "half_angle":
+            continue
+        radius = float(primitive.row()[place])
+        if radius > 0.0:
+            likely = radius * radius / float(np.hypot(radius, spread[component]))
+            found -= 3.0 * max(0.0, float(np.log(likely / (LARGEST * extent))))
+    return found
 
 
 def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple[Array, float]]:
@@ -195,6 +226,20 @@ def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple
     if isinstance(primitive, Torus):
         return [around, (np.arctan2(height, rho - primitive.major_radius), 2.0 * np.pi)]
     return [around, (height / extent, 0.0)]
+
+
+def _on_curves(kind: str, cloud: Cloud, near: np.ndarray, noise_scale: float) -> bool:
+    """Whether more quadrics than a surface of this kind asks for pass through its points as exactly.
+
+    Two of them meet in curves. Within much noise every arc has several.
+    """
+    reach = max(noise_scale, cloud.tolerance) / cloud.extent
+    if reach > QUIET:
+        return False
+    x, y, z = (cloud.working[cloud.sample[near[cloud.sample]]] @ cloud.axes / cloud.extent).T
+    terms = np.stack([np.ones_like(x), x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], axis=1)
+    sizes = np.linalg.svd(terms / np.sqrt(len(terms)), compute_uv=False)
+    return int(np.count_nonzero(sizes <= reach)) > QUADRICS[kind]
 
 
 def _on_surfaces(points: Array) -> int:
@@ -224,7 +269,7 @@ def summarize(
         zone=scale * float(np.ptp(signed)),
         relative_mean=mean / diagonal,
         inlier_rms=scale * float(np.sqrt(np.mean(near**2))),
-        inlier_share=evidence.inlier_share,
+        inlier_share=float(belongs.mean()),
     )
 
 

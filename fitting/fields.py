@@ -3,14 +3,15 @@
 Noise of sensors is shared by neighbours, and over the whole cloud it is as large as what differs between
 neighbouring kinds; parts bow and bulge by as much. So residuals count as
 
-    r = J s + e + f + g,   e: white;   f: rough, correlation exp(-d / l);   g: smooth, correlation exp(-d^2 / 2 l^2)
+    r = J s + e + f + g
 
-with steps s of the parameters and the distances d between the feet on the surface. Points are taken together
-in patches (their means, and what they scatter about those), so that all of them count where the fields are
+with steps s of the parameters, white noise e, a rough field f of correlation exp(-d / l), and a smooth one g
+of exp(-d^2 / 2 l^2), where d is the distance between feet on the surface. Points are taken together in
+patches (their means, and what they scatter about those), so that all of them count where the fields are
 small, and no more than some dozen where they are not.
-Source: Rasmussen and Williams, "Gaussian processes for machine learning", 2006, chapters 2 and 5; Occam's factor:
-MacKay, "Information theory, inference, and learning algorithms", 2003, chapter 28; exponential variograms:
-Cressie, "Statistics for spatial data", 1993, section 2.3.
+Source: Rasmussen and Williams, "Gaussian processes for machine learning", 2006, chapters 2 and 5; Occam's
+factor: MacKay, "Information theory, inference, and learning algorithms", 2003, chapter 28; exponential
+variograms: Cressie, "Statistics for spatial data", 1993, section 2.3.
 """
 
 from dataclasses import dataclass
@@ -23,13 +24,18 @@ from scipy.linalg.lapack import dpotrf
 from fitting.geometry import Array
 
 ROUGH = (0.3, 1.0, 3.0)
+"""Standard deviations of the rough field, over that of the white noise: from what is hardly seen in a patch
+to nearly all of the noise."""
+
 ROUGH_RANGES = (0.1, 0.3, 1.0)
-"""Sizes of the rough field, over the white noise, and its ranges, over the extent: from what is hardly seen in
-a patch to all of the noise, from a patch to the whole cloud."""
+"""Its ranges, over the extent: from a patch to the whole cloud."""
 
 SMOOTH = (1.0, 3.0, 10.0, 30.0)
+"""Standard deviations of the smooth field, over that of the white noise: from one that patches just show to
+that of a wrong kind under little noise."""
+
 SMOOTH_RANGES = (0.3, 2.0)
-"""The same of the smooth one: waves and bulges of a third of the cloud, and bows of all of it."""
+"""Its ranges, over the extent: waves and bulges of a third of the cloud, and bows of all of it."""
 
 PRIOR = 0.1
 """Extents by which a parameter may move the surface: that a cloud lies on it is known beforehand."""
@@ -45,8 +51,9 @@ class Patched:
     jacobian : (P, dof) of their derivatives
     count : (P,) how many points it has
     apart : (P, P) distances between the patches, over the extent
-    scatter : standard deviation of the residuals within patches, 0 where none has two points
+    scatter : standard deviation of the residuals within the smaller pieces, 0 where none has two points
     spare : how many such deviations are free, at most P: in a patch points tell the same
+    hidden : standard deviation within patches beyond that
     """
 
     mean: Array
@@ -55,31 +62,54 @@ class Patched:
     apart: Array
     scatter: float
     spare: float
+    hidden: float
 
     @classmethod
-    def of(cls, patch: np.ndarray, residual: Array, jacobian: Array, place: Array, turn: float = 0.0) -> Self:
-        """Of points with the numbers `patch` (N,) of their patches, at `place` (N, k), over the extent.
+    def of(
+        cls,
+        patch: np.ndarray,
+        grain: np.ndarray,
+        residual: Array,
+        jacobian: Array,
+        place: Array,
+        turn: float = 0.0,
+    ) -> Self:
+        """Of points with the numbers (N,) of their patches and of smaller pieces.
 
-        With a `turn`, places that differ by it are the same.
+        They are at `place` (N, k), over the extent. With a `turn`, places that differ by it are the same.
         """
-        numbers, patch = np.unique(patch, return_inverse=True)
-        count = np.bincount(patch).astype(np.float64)
-        columns = np.column_stack([residual, jacobian, place])
-        means = np.stack([np.bincount(patch, column) for column in columns.T], axis=1) / count[:, None]
+        count, means, _ = _means(patch, np.column_stack([residual, jacobian, place]))
         dof = jacobian.shape[1]
         between = means[:, None, 1 + dof :] - means[None, :, 1 + dof :]
         if turn:
             between = np.minimum(np.abs(between), turn - np.abs(between))
-        free = len(residual) - len(numbers)
-        squares = float(np.sum((residual - means[patch, 0]) ** 2))
+        within, count_within = _scatter(patch, residual)
+        scatter, count_scatter = _scatter(grain, residual)
         return cls(
             means[:, 0],
             means[:, 1 : 1 + dof],
             count,
             np.sqrt(np.sum(between**2, axis=2)),
-            float(np.sqrt(squares / free)) if free else 0.0,
-            float(min(free, len(numbers))),
+            scatter,
+            float(min(count_scatter, len(count))),
+            float(np.sqrt(max(within**2 - scatter**2, 0.0))) if count_within else 0.0,
         )
+
+
+def _scatter(number: np.ndarray, residual: Array) -> tuple[float, int]:
+    """Standard deviation of residuals (N,) about the means of equal numbers, and how many are free."""
+    count, means, place = _means(number, residual[:, None])
+    free = len(residual) - len(count)
+    squares = float(np.sum((residual - means[place, 0]) ** 2))
+    return (float(np.sqrt(squares / free)) if free else 0.0), free
+
+
+def _means(number: np.ndarray, columns: Array) -> tuple[Array, Array, np.ndarray]:
+    """Of the rows (N, k) with the same number: how many, their means, and which of these is each row's."""
+    _, place = np.unique(number, return_inverse=True)
+    count = np.bincount(place).astype(np.float64)
+    means = np.stack([np.bincount(place, column) for column in columns.T], axis=1) / count[:, None]
+    return count, means, place
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +121,11 @@ class Explanations:
     log_evidence : (T,) of the residuals under each
     white : (T,) standard deviation of the white noise of a point
     rough, rough_range : (T,) of the rough field, the range over the extent
-    smooth, smooth_range : (T,) of the smooth one; its size is what is left when the surface has taken its part
-    unexplained : logarithm of how much likelier the residuals would be if they were white noise as points have
-        it within patches, None where no patch has two points
+    smooth, smooth_range : (T,) of the smooth one as it shows beside what steps of the parameters take of it
+    hidden : deviation within patches, which the fields do not see
+    spread : (dof,) standard deviations of the parameters under the likeliest
+    unexplained : logarithm of how much likelier the residuals would be if they were white noise as points
+        have it within patches, None where no patch has two points
     """
 
     log_evidence: Array
@@ -102,6 +134,8 @@ class Explanations:
     rough_range: Array
     smooth: Array
     smooth_range: Array
+    hidden: float
+    spread: Array
     unexplained: float | None
 
     @property
@@ -128,7 +162,8 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     generalised least squares, and Occam's factor is that of a normal prior by which each of them, turned so
     that it moves the surface by itself, may move it by `PRIOR` extents in the mean square.
     """
-    whitened = _whitened(patched.jacobian)
+    directions = _whitening(patched.jacobian)
+    whitened = patched.jacobian @ directions
     n, dof = whitened.shape
     target = np.asfortranarray(np.column_stack([patched.mean, whitened]))
     fields, roots, solved = [], [], []
@@ -152,6 +187,9 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     evidence -= 0.5 * np.linalg.slogdet(steps)[1]
     scale = np.sqrt(variance)
     taken = np.linalg.qr(whitened)[0]
+    best = int(np.argmax(evidence))
+    shape = np.linalg.pinv(normal[best] + damping[best])
+    spread = scale[best] * np.sqrt(np.einsum("ij,jk,ik->i", directions, shape, directions))
     return Explanations(
         evidence,
         scale,
@@ -159,6 +197,8 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
         np.array([field.rough_range for field in fields]),
         np.array([_seen(*each, taken) for each in zip(fields, roots, rest, strict=True)]),
         np.array([field.smooth_range for field in fields]),
+        patched.hidden,
+        spread,
         _unexplained(patched, dof, log_mean(evidence), extent),
     )
 
@@ -166,7 +206,7 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
 def _seen(field: "_Field", root: Array, rest: Array, taken: Array) -> float:
     """Size of the smooth deviation that residuals show, beside what steps of the parameters take of it.
 
-    Its most likely course, root mean square over the patches, from the residuals `rest` (P,) whitened by `root`.
+    Its most likely course, root mean square over the patches, from residuals (P,) whitened by `root`.
     """
     if field.bell is None:
         return 0.0
@@ -213,7 +253,9 @@ def _fields(apart: Array) -> list[_Field]:
     return found
 
 
-def _whitened(jacobian: Array) -> Array:
-    """The derivatives in directions that move the surface independently, each by 1 in the mean square."""
+def _whitening(jacobian: Array) -> Array:
+    """Directions (dof, dof), in columns, that move the surface by 1 in the mean square, each by itself."""
+    if not jacobian.shape[1]:
+        return np.empty((0, 0))
     sizes, vectors = np.linalg.eigh(jacobian.T @ jacobian / len(jacobian))
-    return np.asarray(jacobian @ (vectors / np.sqrt(np.maximum(sizes, 1e-12 * max(sizes.max(), 1e-300)))))
+    return np.asarray(vectors / np.sqrt(np.maximum(sizes, 1e-12 * max(sizes.max(), 1e-300))))

@@ -28,8 +28,10 @@ COARSEST_EXACT = 1e-3
 may be as near."""
 
 MIXTURE_POINTS = 1024
+"""Distances that a mixture is found from, at most."""
+
 MIXTURE_ROUNDS = 40
-"""Distances that a mixture is found from, and the rounds of doing so at most."""
+"""Rounds of expectation maximisation, at most."""
 
 MIXTURE_STARTS = {0.2: 0.2533, 0.5: 0.6745}
 """Shares of the distances that the scale is started from, with what a unit normal variable has there.
@@ -46,9 +48,10 @@ PEAK = 2.0
 """Standard deviations by which a peak must stand out."""
 
 CORE = 3.0
+"""Distances beyond so many scales have no weight in the scale."""
+
 CORE_DEVIATION = 0.7952401018
-"""Distances beyond so many scales have no weight in the scale, and the standard deviation of a unit normal
-variable under the weights (1 - (x / CORE)^2)^2."""
+"""Standard deviation of a unit normal variable under the weights (1 - (x / CORE)^2)^2."""
 
 FEWEST_PARAMETERS = 3
 """Those of a plane: where chance is reckoned with, kinds most of whose parameters are fixed have as many."""

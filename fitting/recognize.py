@@ -212,13 +212,18 @@ def _told(tried: _Try, decision: Decision) -> _Try:
         return tried
     best, evidence = decision.best, None
     if not (tried.claim.evidence.exact.any() or best.evidence.exact.any()):
-        evidence = tried.claim.odds - best.odds
+        evidence = _finite(tried.claim.odds - best.odds)
     attempt = replace(tried.attempt, evidence=evidence)
     chosen = tried.claim is best or tried.claim in decision.rivals
     if not tried.claim.refusal and not (chosen and decision.status != "no_fit"):
         why = decision.reason if chosen else _lost(best, evidence, tried.attempt.reason)
         attempt = replace(attempt, outcome="refused", reason=why)
     return replace(tried, attempt=attempt)
+
+
+def _finite(odds: float) -> float | None:
+    """None for those of a surface that can only be another shape."""
+    return odds if np.isfinite(odds) else None
 
 
 def _lost(best: Claim, evidence: float | None, reason: str) -> str:

@@ -19,8 +19,7 @@ Outcome = Literal["accepted", "refused", "failed"]
 
 @dataclass(frozen=True)
 class ErrorSummary:
-    """Orthogonal distances of all points, in the unit of the input; the share is that of the points that
-    were judged, all of them or a sample of 20,000.
+    """Orthogonal distances of all points, in the unit of the input; the share is that of all of them, too.
 
     Attributes
     ----------

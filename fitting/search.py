@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from fitting import _descent
-from fitting.cloud import Cloud
+from fitting.cloud import WORKING_POINTS, Cloud
 from fitting.config import FITTING_KINDS
 from fitting.constraints import UNCONSTRAINED, Constraints
 from fitting.criteria import FINISHERS, cheapest_minimum
@@ -359,18 +359,18 @@ def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> 
             break
     residual = primitive.signed_distance(cloud.working)
     normal = is_normal(residual if factors is None else factors * residual, CUTOFF * scale)
-    if normal or len(cloud.points) > len(cloud.working):
+    many = len(cloud.points) > WORKING_POINTS
+    if normal or many:
         kernel = Kernel.LEAST_SQUARES if normal else Kernel.TUKEY
-        primitive = refine(
-            primitive, cloud.points, kernel, scale, factors=cloud.factors, limits=limits
-        ).primitive
+        points, factors = (cloud.points, cloud.factors) if many else (cloud.working, factors)
+        primitive = refine(primitive, points, kernel, scale, factors=factors, limits=limits).primitive
     return primitive
 
 
 def distance_to(kind: str, surface: Primitive, cloud: Cloud, rng: np.random.Generator) -> float:
-    """How far the nearest surface of a kind is from another one where the cloud is: rms of the feet of some points.
+    """How far the nearest surface of a kind is from another one where the cloud is: rms at some points' feet.
 
-    A few robust steps of each start on points without noise, and with their true normals.
+    A few robust steps of each start on these points without noise, with their true normals.
     """
     points = cloud.working[cloud.sample[:GUESS_POINTS]]
     feet = points - surface.signed_distance(points)[:, None] * surface.gradient(points)

@@ -33,13 +33,13 @@ def sections(answer: Mapping[str, Any]) -> list[list[Row]]:
     if answer["primitive"] is not None:
         label = "best try" if answer["status"] == "no_fit" else "kind"
         groups.append(list(_parameters(answer["primitive"], label, known)))
-    groups += [list(_alternative(other)) for other in answer["alternatives"]]
     if answer["extents"] is not None:
         groups.append(_extents(answer["extents"]))
     if known is not None and known["warnings"]:
         groups.append([("warning", warning["message"]) for warning in known["warnings"]])
     if answer["error"] is not None:
         groups.append(_error(answer["error"], answer["noise"]))
+    groups += [list(_alternative(other)) for other in answer["alternatives"]]
     if answer["active_constraints"]:
         effects = answer["active_constraints"].items()
         groups.append(_labelled("constraints", [f"{worded(name)}: {effect}" for name, effect in effects]))
@@ -180,7 +180,7 @@ def _deviations(noise: Mapping[str, Any]) -> Iterator[str]:
 
 _SHARED = {
     "correlated": "neighbouring points share a deviation of",
-    "smooth": "the points deviate smoothly from the surface, by",
+    "smooth": "the points deviate smoothly by",
 }
 
 

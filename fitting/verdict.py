@@ -19,10 +19,9 @@ section 3.2, "strong"."""
 MISTAKEN = 0.1
 """Share of clouds that a ranking knows nothing of: there the kinds are as likely as each other."""
 
-DEVIATION = 1.25
 FORM = 1e-3
-"""A smooth deviation is one of noise or part, and no other shape, up to this many times the noise, or up to
-this share of the extent: a tenth of a millimetre on a hand's breadth, flatness of class H in ISO 2768-2."""
+"""A smooth deviation is one of sensor or part, and no other shape, where it is no larger than the noise, or
+than this share of the extent: a tenth of a millimetre on a hand's breadth, flatness H of ISO 2768-2."""
 
 SCATTER = 0.04
 """Noise beyond this share of the extent is a volume rather than a surface."""
@@ -45,8 +44,8 @@ EQUAL_SHARES = 0.1
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of every kind: `max_error` as in `Config`, `tolerance` [length in the frame] or 0, whether
-    one kind is allowed `only`, and whether the criterion `counts_all` points."""
+    """What is asked of every kind: `max_error` as in `Config`, `tolerance` [length in the frame] or 0,
+    whether one kind is allowed `only`, and whether the criterion `counts_all` points."""
 
     max_error: float | None
     tolerance: float
@@ -108,10 +107,17 @@ def prior_of(probability: float | None) -> float:
     return float(np.log((1.0 - MISTAKEN) * probability + MISTAKEN / len(KINDS)))
 
 
-def bearable(explained: Explanations, extent: float, tolerance: float) -> np.ndarray:
-    """Mask (T,) of explanations by which the cloud is of this kind, and no other shape."""
-    limit = np.maximum(DEVIATION * explained.white, max(FORM * extent, tolerance))
-    return (explained.smooth <= limit) & (explained.white <= SCATTER * extent)
+def bearable(explained: Explanations, evidence: Evidence, extent: float, tolerance: float) -> np.ndarray:
+    """Mask (T,) of explanations by which the cloud is of this kind, and no other shape.
+
+    Within patches rough noise may be hidden, too, of the size of the white one. A surface that has few points
+    to hug must scatter less, by four times its parameters.
+    """
+    form = max(FORM * extent, tolerance)
+    seen = explained.smooth <= np.maximum(explained.white, form)
+    hidden = explained.hidden <= np.maximum(2.0 * explained.white, form)
+    most = SCATTER * extent * max(1.0 - 4.0 * evidence.free / len(evidence.distance), 0.25)
+    return np.asarray(seen & hidden & (explained.white <= most))
 
 
 def claim(
@@ -124,7 +130,7 @@ def claim(
     """
     prior, odds, foreign = prior_of(probability), 0.0, -np.inf
     if evidence.explained is not None:
-        mask = bearable(evidence.explained, cloud.extent, question.tolerance)
+        mask = bearable(evidence.explained, evidence, cloud.extent, question.tolerance)
         odds = evidence.explained.among(mask)
         foreign = evidence.explained.among(~mask) + evidence.beside + prior_of(0.0)
     odds += evidence.beside + prior
@@ -132,7 +138,7 @@ def claim(
     if not refusal and (refusal := _several(evidence, len(cloud.working))):
         foreign = max(foreign, odds)
     words = _words(evidence, cloud)
-    settled = bool(evidence.exact.all() or evidence.exact_share >= EXACT)
+    settled = evidence.exact_share >= EXACT and not evidence.on_curves
     if question.max_error is not None:
         mean = mean_error if question.counts_all else evidence.mean_inlier_distance / cloud.diagonal
         settled = mean <= question.max_error
@@ -170,7 +176,8 @@ def _several(evidence: Evidence, n_points: int) -> str:
         return f"{far} (at most {SECOND:.0%})"
     if rejected > MANY_REJECTED and second > FLAT_REJECTED * rejected:
         flat = second / rejected
-        return f"{rejected:.0%} of the points are far from it, of which {flat:.0%} form a surface of their own"
+        far = f"{rejected:.0%} of the points are far from it"
+        return f"{far}, of which {flat:.0%} form a surface of their own"
     return ""
 
 
@@ -229,7 +236,7 @@ def decide(claims: list[Claim], cloud: Cloud, tolerance: float) -> Decision:
     same = [each for each in possible if tolerance and _agree(each, best, cloud, tolerance)]
     best = min(same, key=lambda each: each.dof, default=best)
     if _foreign_odds(best, claims, cloud, tolerance) > best.odds:
-        return Decision("no_fit", best, (), f"{best.words}: another shape is likelier")
+        return Decision("no_fit", best, (), f"the shape is systematically off: {best.words}")
     rivals = [
         each
         for each in sorted(possible, key=lambda each: -each.odds)
@@ -239,9 +246,16 @@ def decide(claims: list[Claim], cloud: Cloud, tolerance: float) -> Decision:
 
 
 def _as_likely(other: Claim, best: Claim) -> bool:
-    """Whether a claim that is no better than the best one is not told from it."""
-    exact = best.evidence.exact.any() or other.evidence.exact.any()
-    return not exact and best.odds - other.odds < DECIDED
+    """Whether a claim that is no better than the best one is not told from it.
+
+    Where points lie on curves, the surface that has the fewest parameters is no likelier for that.
+    """
+    one, two = best.evidence, other.evidence
+    if one.on_curves:
+        if one.exact.any():
+            return abs(one.exact_share - two.exact_share) <= EQUAL_SHARES * one.exact_share
+        return not two.exact.any() and one.noise.log_likelihood - two.noise.log_likelihood < DECIDED
+    return not (one.exact.any() or two.exact.any()) and best.odds - other.odds < DECIDED
 
 
 def _foreign_odds(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: float) -> float:
@@ -254,7 +268,7 @@ def _foreign_odds(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: flo
         return -np.inf
     found = [each.foreign for each in claims]
     for explained in best.evidence.along_its_own(cloud):
-        mask = bearable(explained, cloud.extent, tolerance)
+        mask = bearable(explained, best.evidence, cloud.extent, tolerance)
         found.append(best.odds - best.prior + prior_of(0.0) + explained.among(~mask) - explained.among(mask))
     return max(found)
 
@@ -262,15 +276,17 @@ def _foreign_odds(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: flo
 def may_overtake(
     kind: str, probability: float, best: Claim, cloud: Cloud, tolerance: float, apart: Callable[[str], float]
 ) -> bool:
-    """Whether an untried kind might be as likely as the best claim, if all that it leaves over were white noise.
+    """Whether an untried kind might be as likely as the best claim, if it left over nothing but white noise.
 
     Each parameter costs what it costs the best kind. A simpler kind must also come near the best surface, or
     its deviation would be that of another shape: `apart` tells how far its nearest surface is from it.
     """
     if best.settled:
         return False
+    if best.evidence.on_curves:
+        return True
     explained, more = best.evidence.explained, PRIMITIVES[kind].dof - best.dof
-    limit = max(DEVIATION * best.evidence.noise_scale, FORM * cloud.extent, tolerance)
+    limit = max(best.evidence.noise_scale, FORM * cloud.extent, tolerance)
     if explained is not None and explained.unexplained is not None:
         spread = PRIOR * cloud.extent * np.sqrt(np.count_nonzero(best.evidence.inlier))
         cost = float(np.log(np.hypot(1.0, spread / explained.white[explained.likeliest])))

@@ -8,6 +8,23 @@ from numpy.typing import NDArray
 
 from fitting.primitives import Primitive
 
+MOVES = (
+    "white",
+    "rough",
+    "self-affine",
+    "smooth",
+    "line offsets",
+    "line waves",
+    "ripple",
+    "radial bow",
+    "form",
+    "station shift",
+    "depth steps",
+)
+"""Effects on a sensor's cloud that move all points; they are recorded as lengths."""
+SHARES = ("edge fringe", "comet tail", "gross outliers")
+"""Effects that concern some of the points; they are recorded as their share."""
+
 
 @dataclass(frozen=True, eq=False)
 class SyntheticCloud:
@@ -58,3 +75,8 @@ class SyntheticCloud:
     sensor: str = ""
     effects: Mapping[str, float] = field(default_factory=dict)
     field_range: float | None = None
+
+    @property
+    def largest_effect(self) -> str:
+        """The name of the effect that moved the points most; empty where effects are not recorded."""
+        return max((name for name in MOVES if name in self.effects), key=self.effects.__getitem__, default="")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fitting.primitives import PRIMITIVES, Torus
 from synthetic.borders import comet_tail, edge_fringe, ragged
-from synthetic.clouds import SyntheticCloud
+from synthetic.clouds import SHARES, SyntheticCloud
 from synthetic.deciding import decidable
 from synthetic.effects import Correlated, Effect, FormDeviation, Seen
 from synthetic.noise import gross_outliers, rounded
@@ -375,10 +375,6 @@ def field_range(effects: list[Effect], unit: float) -> float | None:
 def share_in_millimetres(scene: Scene) -> float:
     """How often a file is in millimetres: small parts mostly, large ones seldom."""
     return 0.7 if scene.seen.extent < 0.5 else 0.1
-
-
-SHARES = ("edge fringe", "comet tail", "gross outliers")
-"""Effects that are recorded as the share of the points that they concern; the others as lengths."""
 
 
 def in_unit(sizes: Mapping[str, float], unit: float) -> dict[str, float]:

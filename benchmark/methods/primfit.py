@@ -30,7 +30,7 @@ class Primfit:
     def fit(self, points: Array, kind: str | None) -> Answer:
         answer = recognize(points, classifier=self.classifier)
         kinds = tuple(attempt.kind for attempt in answer.attempts)
-        alternatives = tuple(primitive.kind for primitive in answer.alternatives)
+        alternatives = tuple(other.primitive.kind for other in answer.alternatives)
         return Answer(answer.status, answer.primitive, answer.message, kinds, alternatives)
 
 

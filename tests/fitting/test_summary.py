@@ -74,7 +74,9 @@ def test_an_ambiguous_answer_prints_every_kind_with_its_intervals_and_error() ->
     recognition = ambiguous()
     lines = str(recognition).splitlines()
     assert lines[1] == "kind          cylinder, with 95 % intervals"
+    noise = next(i for i, line in enumerate(lines) if line.startswith("noise"))
     for other in recognition.alternatives:
+        assert noise < lines.index(f"or            {other.primitive.kind}, with 95 % intervals")
         start = lines.index(f"or            {other.primitive.kind}, with 95 % intervals")
         end = next(i for i in range(start, len(lines)) if lines[i].startswith("error"))
         text = "\n".join(lines[start:end])
@@ -106,7 +108,7 @@ def test_deviations_that_neighbours_share_are_said_in_words() -> None:
     answer = ambiguous().to_dict()
     text = summary(answer)
     assert "\n              neighbouring points share a deviation of 0.004 over 0.35\n" in text
-    assert "\n              the points deviate smoothly from the surface, by 0.4 over 60\n" in text
+    assert "\n              the points deviate smoothly by 0.4 over 60\n" in text
     answer["noise"] |= {"correlated": None, "smooth": None}
     assert "deviat" not in summary(answer)
 

@@ -8,12 +8,12 @@ import pytest
 
 from fitting.primitives import KINDS, Cone, Torus
 from synthetic import RECIPES, SensorRecipe, cloud, clouds, sensing
+from synthetic.clouds import MOVES, SHARES
 from synthetic.deciding import MOST_NOISE, decidable
 from synthetic.parts import ELBOW_RATIO, HALF_ANGLE, RIM_RATIO, draw_part
 from synthetic.recipes import SENSORS, Range
 from synthetic.sensing import (
     FEWEST_RINGS,
-    SHARES,
     UndecidableError,
     erred,
     form_tolerance,
@@ -73,6 +73,8 @@ def test_what_is_recorded_is_there(drawn):
     for c in drawn:
         assert c.outlier_share == np.mean(c.outliers)
         assert sum(c.effects.get(name, 0.0) for name in SHARES) >= c.outlier_share - 1e-9
+        assert set(c.effects) <= {*MOVES, *SHARES}
+        assert c.effects[c.largest_effect] == max(c.effects[name] for name in MOVES if name in c.effects)
         lengths = [size for name, size in c.effects.items() if name not in SHARES]
         assert 0.0 < max(lengths) < 0.2 * c.extent
         assert (c.arc is None) == (c.kind == "plane") and (c.stations is None) == (c.sensor == "contact")
