@@ -1,7 +1,8 @@
 """Synthetic clouds as the recognise pipeline shows them to a classifier, turned into features."""
 
 import hashlib
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -15,32 +16,38 @@ from fitting.normalize import Frame
 from fitting.normals import estimate_normals
 from fitting.primitives import KINDS
 from models.features import FEATURE_VERSION, features, representatives
-from synthetic import RECIPES, SyntheticCloud, cloud
+from synthetic import RECIPES, SensorRecipe, SyntheticCloud, cloud
 
 Array = NDArray[np.float64]
 
 SEED = 2022
-TRAINING_CLOUDS = 16_000
 HELD_BACK_CLOUDS = 2_000
-"""Clouds a family that both classifiers learn from and are scored on."""
+"""Clouds a family that both classifiers are scored on."""
 KEPT_POINTS = 256
 """Points of each cloud that a dataset keeps beside the features, for networks that look at points."""
-FAMILIES = ("benchmark", "scanner")
+TRAINING_CLOUDS = {"benchmark": 10_000, "scanner": 10_000, "sensor": 2_500}
+"""Clouds that both classifiers learn from; of sensors, which take longest to draw, fewer do."""
+FAMILIES = tuple(TRAINING_CLOUDS)
 """The recipes that classifiers are trained on."""
+TRAINING_RECIPES = {**RECIPES, "sensor": replace(SensorRecipe(), share_of_many=0.0)}
+"""Without sensor clouds of over 20,000 points, which take six times as long as others to draw; the pipeline
+thins larger clouds to so many before a classifier sees any of them."""
 SHARD = 250
-"""Clouds that a process makes at a time."""
+"""Clouds that a process makes, and a cache keeps, at a time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """Of each of M clouds its features, the index of its kind, its perturbation, size and family, and points.
+    """Of each of M clouds features, the index of its kind, perturbation, sensor, size, family and points.
 
+    Perturbations are those of benchmark clouds, sensors those of sensor clouds; elsewhere they are empty.
     `points` is (M, KEPT_POINTS, 6) float32: representatives with their normals, repeated where they are few.
     """
 
     rows: Array
     labels: NDArray[np.int64]
     perturbations: NDArray[np.str_]
+    sensors: NDArray[np.str_]
     sizes: NDArray[np.int64]
     families: NDArray[np.str_]
     points: NDArray[np.float32]
@@ -57,26 +64,54 @@ def seen(cloud: SyntheticCloud, rng: np.random.Generator) -> tuple[Array, Array]
     return sample, estimate_normals(points, at=sample)
 
 
-def _shard(family: str, seed: int, bounds: tuple[int, int]) -> Dataset:
-    recipe = replace(RECIPES[family], seed=seed)
-    rows, labels, perturbations, sizes, kept = [], [], [], [], []
-    for index in range(*bounds):
-        drawn = cloud(recipe, index)
-        points, normals = seen(drawn, np.random.default_rng([seed, index, 1]))
-        rows.append(features(points, normals))
-        labels.append(KINDS.index(drawn.kind))
-        perturbations.append(drawn.perturbation)
-        sizes.append(len(drawn.points))
-        few = np.hstack(representatives(points, normals))
-        kept.append(few[np.linspace(0, len(few) - 1, KEPT_POINTS).astype(int)].astype(np.float32))
-    return Dataset(
-        np.array(rows),
-        np.array(labels, np.int64),
-        np.array(perturbations, np.str_),
-        np.array(sizes, np.int64),
-        np.full(len(rows), family),
-        np.array(kept),
-    )
+@dataclass(frozen=True)
+class Shard:
+    """The clouds `first` to before `last` of one seed of a family."""
+
+    family: str
+    seed: int
+    first: int
+    last: int
+
+    def made(self, cache: Path | None = None) -> Dataset:
+        """Drawn, or read from the cache, a directory, if they were kept there before."""
+        if cache is None:
+            return self.drawn()
+        file = self._file(cache)
+        if not file.exists():
+            data = self.drawn()
+            part = file.with_suffix(f".{os.getpid()}.part.npz")
+            np.savez(part, **{field.name: getattr(data, field.name) for field in fields(Dataset)})
+            part.replace(file)
+        with np.load(file, allow_pickle=False) as found:
+            return Dataset(*(found[field.name] for field in fields(Dataset)))
+
+    def _file(self, cache: Path) -> Path:
+        key = f"{self} {FEATURE_VERSION} {TRAINING_RECIPES[self.family]}"
+        return cache / f"{self.family}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
+
+    def drawn(self) -> Dataset:
+        recipe = replace(TRAINING_RECIPES[self.family], seed=self.seed)
+        rows, labels, perturbations, sensors, sizes, kept = [], [], [], [], [], []
+        for index in range(self.first, self.last):
+            drawn = cloud(recipe, index)
+            points, normals = seen(drawn, np.random.default_rng([self.seed, index, 1]))
+            rows.append(features(points, normals))
+            labels.append(KINDS.index(drawn.kind))
+            perturbations.append(drawn.perturbation)
+            sensors.append(drawn.sensor)
+            sizes.append(len(drawn.points))
+            few = np.hstack(representatives(points, normals))
+            kept.append(few[np.linspace(0, len(few) - 1, KEPT_POINTS).astype(int)].astype(np.float32))
+        return Dataset(
+            np.array(rows),
+            np.array(labels, np.int64),
+            np.array(perturbations, np.str_),
+            np.array(sensors, np.str_),
+            np.array(sizes, np.int64),
+            np.full(len(rows), self.family),
+            np.array(kept),
+        )
 
 
 def join(parts: Sequence[Dataset]) -> Dataset:
@@ -86,31 +121,44 @@ def join(parts: Sequence[Dataset]) -> Dataset:
     )
 
 
-def make_dataset(
-    seed: int, n: int, families: Sequence[str] = FAMILIES, processes: int = 1, cache: Path | None = None
-) -> Dataset:
-    """The first n clouds of a seed of each family; the same whatever the number of processes.
+def numbers(text: str) -> dict[str, int]:
+    """Of clouds by family, from an option: `benchmark=60,scanner=60,sensor=20`, or one number for all."""
+    if text.isdecimal():
+        return dict.fromkeys(FAMILIES, int(text))
+    found = {family: int(n) for family, _, n in (part.partition("=") for part in text.split(","))}
+    if set(found) != set(FAMILIES):
+        raise ValueError(f"needs a number for each of {', '.join(FAMILIES)}")
+    return found
 
-    With a cache, a directory, a dataset made before with the same arguments and `FEATURE_VERSION` is read
-    from there; nobody notices changes of the generator, so the cache is for one build.
+
+def option(clouds: Mapping[str, int]) -> str:
+    """What `numbers` reads."""
+    return ",".join(f"{family}={n}" for family, n in clouds.items())
+
+
+def make_dataset(
+    seed: int,
+    n: int | Mapping[str, int],
+    families: Sequence[str] = FAMILIES,
+    processes: int = 1,
+    cache: Path | None = None,
+) -> Dataset:
+    """The first n clouds of a seed of each family, or n by family; whatever the number of processes.
+
+    With a cache, a directory, what was made before with the same recipe and `FEATURE_VERSION` is read from
+    there, so that a run goes on where it was cut off; nobody notices changes of the generator, so the cache
+    is for one build.
     """
-    parts = []
-    for family in families:
-        key = f"{family} {seed} {n} {FEATURE_VERSION} {RECIPES[family]}"
-        file = cache / f"{family}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz" if cache else None
-        if file and file.exists():
-            with np.load(file, allow_pickle=False) as found:
-                parts.append(Dataset(*(found[field.name] for field in fields(Dataset))))
-            continue
-        bounds = [(first, min(first + SHARD, n)) for first in range(0, n, SHARD)]
-        make = partial(_shard, family, seed)
-        if processes > 1:
-            with ProcessPoolExecutor(processes) as pool:
-                made = join(list(pool.map(make, bounds)))
-        else:
-            made = join([make(bound) for bound in bounds])
-        if file:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            np.savez(file, **{field.name: getattr(made, field.name) for field in fields(Dataset)})
-        parts.append(made)
-    return join(parts)
+    clouds = dict.fromkeys(families, n) if isinstance(n, int) else n
+    shards = [
+        Shard(family, seed, first, min(first + SHARD, clouds[family]))
+        for family in families
+        for first in range(0, clouds[family], SHARD)
+    ]
+    if cache:
+        cache.mkdir(parents=True, exist_ok=True)
+    make = partial(Shard.made, cache=cache)
+    if processes > 1:
+        with ProcessPoolExecutor(processes) as pool:
+            return join(list(pool.map(make, shards)))
+    return join([make(shard) for shard in shards])

@@ -8,6 +8,7 @@ import argparse
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,20 @@ from numpy.typing import NDArray
 from fitting.cloud import NORMAL_POINTS
 from models.features import BLOCKS
 from models.knn import CLIP, NEIGHBOURS, SMOOTHING, KnnClassifier
-from models.training.dataset import HELD_BACK_CLOUDS, SEED, TRAINING_CLOUDS, Dataset, make_dataset
+from models.training.dataset import (
+    FAMILIES,
+    HELD_BACK_CLOUDS,
+    SEED,
+    TRAINING_CLOUDS,
+    Dataset,
+    make_dataset,
+    numbers,
+    option,
+)
 from models.training.metrics import metrics
 from models.weights import DIRECTORY, Card, load, save
 
-CHECK_CLOUDS = 400
+CHECK_CLOUDS = 250
 LOWEST_CHECK = 0.8
 """Top-1 accuracy that even the small build of --check must reach."""
 
@@ -45,7 +55,7 @@ def build(data: Dataset) -> dict[str, NDArray[Any]]:
 
 def train(
     seed: int,
-    clouds: int,
+    clouds: Mapping[str, int],
     held_back: int,
     directory: Path,
     processes: int = 1,
@@ -56,8 +66,9 @@ def train(
     test = make_dataset(seed + 1, held_back, processes=processes, cache=cache)
     scores = metrics(KnnClassifier(arrays).probabilities(test.rows), test)
     recipe = {
-        "command": f"python -m models.training.knn --seed {seed} --clouds {clouds} --held-back {held_back}",
-        "clouds_a_family": clouds,
+        "command": f"python -m models.training.knn --seed {seed} --clouds {option(clouds)} "
+        f"--held-back {held_back}",
+        "clouds": dict(clouds),
         "held_back_seed": seed + 1,
         "seen_points": NORMAL_POINTS,
         "feature_blocks": BLOCKS,
@@ -73,7 +84,7 @@ def check(seed: int) -> None:
     cards = []
     for _ in range(2):
         with tempfile.TemporaryDirectory() as folder:
-            train(seed, CHECK_CLOUDS, CHECK_CLOUDS // 2, Path(folder))
+            train(seed, dict.fromkeys(FAMILIES, CHECK_CLOUDS), CHECK_CLOUDS // 2, Path(folder))
             cards.append(load("knn", Path(folder))[1])
     if cards[0] != cards[1]:
         raise SystemExit("two builds from one seed differ")
@@ -88,7 +99,7 @@ def main(arguments: list[str] | None = None) -> None:
         prog="python -m models.training.knn", description=__doc__.splitlines()[0]
     )
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--clouds", type=int, default=TRAINING_CLOUDS)
+    parser.add_argument("--clouds", type=numbers, default=TRAINING_CLOUDS, help="of each family, or of all")
     parser.add_argument(
         "--held-back", type=int, default=HELD_BACK_CLOUDS, help="a family, scored, from seed + 1"
     )

@@ -1,4 +1,4 @@
-"""How well probabilities rank the truth, by family, kind, perturbation and size; and how honest they are."""
+"""How well probabilities rank the truth, by family, kind, perturbation, sensor, size; and how honest."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,7 @@ def _metrics(probabilities: Array, data: Dataset) -> dict[str, object]:
         "top1_by_perturbation": {
             str(name): top1(data.perturbations == name) for name in np.unique(data.perturbations) if name
         },
+        "top1_by_sensor": {str(name): top1(data.sensors == name) for name in np.unique(data.sensors) if name},
         "top1_by_size": {
             f"{low}-{high - 1}": top1((data.sizes >= low) & (data.sizes < high)) for low, high in SIZES
         },

@@ -7,7 +7,7 @@ The same seed and sizes give the same bytes on one machine and set of packages. 
 import argparse
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,13 +20,21 @@ from fitting.cloud import NORMAL_POINTS
 from fitting.primitives import KINDS
 from models.features import BLOCKS
 from models.network import CLIP, NetworkClassifier, softmax
-from models.training.dataset import HELD_BACK_CLOUDS, SEED, TRAINING_CLOUDS, Dataset, make_dataset
+from models.training.dataset import (
+    HELD_BACK_CLOUDS,
+    SEED,
+    TRAINING_CLOUDS,
+    Dataset,
+    make_dataset,
+    numbers,
+    option,
+)
 from models.training.metrics import calibration_error, metrics, rank_of_truth
 from models.weights import DIRECTORY, Card, save
 
 Array = NDArray[np.float64]
 
-CALIBRATION_CLOUDS = 1_500
+CALIBRATION_CLOUDS = 750
 """A family, beside those of `models.training.dataset`."""
 WIDTHS = (128, 64)
 EPOCHS = 40
@@ -130,7 +138,7 @@ def standardized(rows: Array, arrays: dict[str, NDArray[Any]]) -> torch.Tensor:
 
 def train(
     seed: int,
-    clouds: int,
+    clouds: Mapping[str, int],
     held_back: int,
     calibration: int,
     directory: Path,
@@ -151,9 +159,9 @@ def train(
         before = calibration_error(raw[chosen], test.labels[chosen])
         scores[family]["calibration_error_before"] = round(before, 4)
     recipe = {
-        "command": f"python -m models.training.network --seed {seed} --clouds {clouds} "
+        "command": f"python -m models.training.network --seed {seed} --clouds {option(clouds)} "
         f"--held-back {held_back} --calibration {calibration} --epochs {epochs}",
-        "clouds_a_family": clouds,
+        "clouds": dict(clouds),
         "held_back_seed": seed + 1,
         "calibration_seed": seed + 2,
         "seen_points": NORMAL_POINTS,
@@ -174,7 +182,9 @@ def options(description: str) -> argparse.ArgumentParser:
     """The options of a training command."""
     parser = argparse.ArgumentParser(description=description.splitlines()[0])
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--clouds", type=int, default=TRAINING_CLOUDS, help="a family, to learn from")
+    parser.add_argument(
+        "--clouds", type=numbers, default=TRAINING_CLOUDS, help="to learn from, of each family or of all"
+    )
     parser.add_argument("--held-back", type=int, default=HELD_BACK_CLOUDS, help="a family, from seed + 1")
     parser.add_argument("--calibration", type=int, default=CALIBRATION_CLOUDS, help="a family, from seed + 2")
     parser.add_argument("--epochs", type=int, default=EPOCHS)

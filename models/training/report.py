@@ -104,6 +104,8 @@ def main(arguments: list[str] | None = None) -> None:
         broken_down(methods, "kind"),
         "Top-1 by perturbation:\n",
         broken_down(methods, "perturbation", ("benchmark",)),
+        "Top-1 by sensor:\n",
+        broken_down(methods, "sensor", ("sensor",)),
         "Top-1 by number of points:\n",
         broken_down(methods, "size"),
     ]

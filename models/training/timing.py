@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from models import CLASSIFIERS, load_classifier
 from models.features import features
-from models.training.dataset import FAMILIES, seen
-from synthetic import RECIPES, cloud
+from models.training.dataset import FAMILIES, TRAINING_RECIPES, seen
+from synthetic import cloud
 
 Array = NDArray[np.float64]
 Ranker = Callable[[Array, Array], object]
@@ -34,7 +34,7 @@ def main() -> None:
         if classifier is not None:
             rankers[name] = classifier.rank
     for family in FAMILIES:
-        recipe = replace(RECIPES[family], seed=given.seed)
+        recipe = replace(TRAINING_RECIPES[family], seed=given.seed)
         clouds = [seen(cloud(recipe, i), np.random.default_rng(i)) for i in range(given.clouds)]
         for name, rank in rankers.items():
             times = [min(_seconds(rank, *points) for _ in range(ROUNDS)) for points in clouds]

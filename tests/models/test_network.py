@@ -7,7 +7,7 @@ from fitting.primitives import KINDS
 from models import load_classifier
 from models.features import N_FEATURES
 from models.network import NetworkClassifier, softmax
-from models.training.dataset import make_dataset, seen
+from models.training.dataset import FAMILIES, make_dataset, seen
 from models.training.metrics import calibration_error, rank_of_truth
 from models.weights import DIRECTORY, load
 from synthetic import BenchmarkRecipe, cloud
@@ -23,7 +23,7 @@ def network():
 
 @pytest.fixture(scope="module")
 def fresh():
-    return make_dataset(FRESH_SEED, 200)
+    return make_dataset(FRESH_SEED, {"benchmark": 200, "scanner": 200, "sensor": 100})
 
 
 def test_the_classifier_names_its_weights(network):
@@ -40,9 +40,9 @@ def test_probabilities_sum_to_one_and_no_kind_is_impossible(network):
         assert sum(ranking.values()) == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("family", ["benchmark", "scanner"])
+@pytest.mark.parametrize("family", FAMILIES)
 def test_right_on_fresh_seeds_as_often_as_the_card_says(network, fresh, family):
-    """200 draws: the margin is about three standard deviations."""
+    """200 draws, of sensors 100: the margin is about three standard deviations."""
     data = fresh.where(fresh.families == family)
     probabilities = network.probabilities(data.rows)
     rank = rank_of_truth(probabilities, data.labels)

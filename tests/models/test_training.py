@@ -1,18 +1,25 @@
 """Training: the same seed gives the same bytes, another seed others."""
 
+from dataclasses import fields
+
 import numpy as np
+import pytest
 
 from models.knn import KnnClassifier
-from models.training.dataset import FAMILIES, make_dataset
+from models.training import dataset
+from models.training.dataset import FAMILIES, make_dataset, numbers, option
 from models.training.knn import build, main, train
 from models.training.metrics import metrics, rank_of_truth
 from models.weights import load
+from synthetic.sensors import SENSORS
+
+FEW = {"benchmark": 20, "scanner": 15, "sensor": 10}
 
 
 def test_one_seed_one_file(tmp_path):
-    first = train(3, 30, 10, tmp_path / "first")
-    second = train(3, 30, 10, tmp_path / "second")
-    other = train(4, 30, 10, tmp_path / "other")
+    first = train(3, FEW, 5, tmp_path / "first")
+    second = train(3, FEW, 5, tmp_path / "second")
+    other = train(4, FEW, 5, tmp_path / "other")
     assert first == second
     for name in ("knn.npz", "knn.json"):
         assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
@@ -21,11 +28,20 @@ def test_one_seed_one_file(tmp_path):
 
 
 def test_the_command_writes_weights_that_load(tmp_path, capsys):
-    main(["--seed", "5", "--clouds", "60", "--held-back", "10", "--out", str(tmp_path)])
+    main(["--seed", "5", "--clouds", option(FEW), "--held-back", "5", "--out", str(tmp_path)])
     arrays, card = load("knn", tmp_path)
+    assert card.recipe["clouds"] == FEW
     assert card.seed == 5 and card.recipe["held_back_seed"] == 6
-    assert arrays["references"].shape[0] == 120
+    assert arrays["references"].shape[0] == sum(FEW.values())
     assert card.sha256 in capsys.readouterr().out
+
+
+def test_numbers_of_clouds_are_read():
+    assert numbers("7") == dict.fromkeys(FAMILIES, 7)
+    assert numbers(option(FEW)) == FEW
+    for wrong in ("benchmark=1", "benchmark=1,scanner=2,sensors=3", "many"):
+        with pytest.raises(ValueError):
+            numbers(wrong)
 
 
 def test_datasets_do_not_depend_on_their_length():
@@ -40,8 +56,19 @@ def test_processes_and_a_cache_change_nothing(tmp_path):
     plain = make_dataset(8, 4)
     for _ in range(2):
         other = make_dataset(8, 4, processes=2, cache=tmp_path)
-        for name in ("rows", "labels", "perturbations", "sizes", "families", "points"):
+        for name in (field.name for field in fields(plain)):
             assert np.array_equal(getattr(plain, name), getattr(other, name))
+
+
+def test_a_run_goes_on_where_it_was_cut_off(tmp_path, monkeypatch):
+    monkeypatch.setattr(dataset, "SHARD", 2)
+    plain = make_dataset(8, 6, families=("benchmark",))
+    make_dataset(8, 4, families=("benchmark",), cache=tmp_path)
+    kept = {file: file.stat().st_mtime_ns for file in tmp_path.iterdir()}
+    longer = make_dataset(8, 6, families=("benchmark",), cache=tmp_path)
+    assert len(kept) == 2 and len(list(tmp_path.iterdir())) == 3
+    assert {file: file.stat().st_mtime_ns for file in kept} == kept
+    assert np.array_equal(plain.rows, longer.rows)
 
 
 def test_a_classifier_knows_the_clouds_it_was_built_from():
@@ -51,9 +78,12 @@ def test_a_classifier_knows_the_clouds_it_was_built_from():
 
 
 def test_clouds_of_sensors_can_be_learnt_from():
-    data = make_dataset(9, 20, families=("scanner", "sensor"))
-    assert data.rows.shape[0] == 40 and np.isfinite(data.rows).all()
-    assert list(metrics(np.full((40, 5), 0.2), data)) == ["scanner", "sensor"]
+    data = make_dataset(9, 10, families=("scanner", "sensor"))
+    assert data.rows.shape[0] == 20 and np.isfinite(data.rows).all()
+    scores = metrics(np.full((20, 5), 0.2), data)
+    assert list(scores) == ["scanner", "sensor"]
+    assert scores["scanner"]["top1_by_sensor"] == {}
+    assert set(scores["sensor"]["top1_by_sensor"]) <= set(SENSORS)
 
 
 def test_ranks_count_what_is_above_the_truth():
