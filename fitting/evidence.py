@@ -42,8 +42,11 @@ QUADRICS = {"plane": 4, "sphere": 1, "cylinder": 1, "cone": 1, "torus": 0}
 """Independent quadrics that hold all of a surface: with a plane, that and any other plane."""
 
 LARGEST = 5.0
-"""Radii are as likely in each octave up to this many extents, and beyond it by the third power less: who cuts
-a cloud into segments leaves a piece that shows what it is a piece of."""
+"""Radii are as likely in each octave up to this many extents, where an arc has a sagitta of a fortieth: who
+cuts a cloud into segments leaves a piece that shows what it is a piece of."""
+
+FALL = 6.0
+"""Power by which larger ones are less likely: one of twice that size in 64."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +210,7 @@ def _sizes(primitive: Primitive, spread: Array, extent: float) -> float:
         radius = float(primitive.row()[place])
         if radius > 0.0:
             likely = radius * radius / float(np.hypot(radius, spread[component]))
-            found -= 3.0 * max(0.0, float(np.log(likely / (LARGEST * extent))))
+            found -= FALL * max(0.0, float(np.log(likely / (LARGEST * extent))))
     return found
 
 

@@ -64,8 +64,6 @@ def expected_to_fail(estimator: Any) -> dict[str, str]:
     if isinstance(estimator, OfAnyColumns):
         return {
             "check_fit2d_1feature": "not on one coordinate: the check runs on the estimator itself",
-            "check_sample_weight_equivalence_on_dense_data": "weights act in the last refinement; what is an "
-            "outlier is decided by the number of points",
         }
     return {
         name: f"its samples have {n} features; a point in space has 3"

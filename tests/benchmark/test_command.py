@@ -52,7 +52,7 @@ def test_a_run_goes_on_and_the_same_seed_gives_the_same_records_but_for_time(fol
     (tmp_path / "records.jsonl").write_text("".join(lines[:2]) + lines[2][:50])
     assert bench(arguments) == 0
     shown = capsys.readouterr().out
-    assert "2/2" in shown and "primfit: 1 of 2 right" in shown and "records: " in shown
+    assert "2/2" in shown and "primfit: 2 of 2 right" in shown and "records: " in shown
     gone_on = list(RecordsFile(tmp_path).read())
     assert gone_on[:2] == first[:2] and timeless(gone_on) == timeless(first)
 

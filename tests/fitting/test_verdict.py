@@ -1,15 +1,24 @@
 """The comparison of the kinds: bows, bars, rings, outliers and what a caller tolerates."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pytest
 
 from fitting.config import Config
 from fitting.geometry import Array
-from fitting.primitives import Cone, Cylinder, Plane, Sphere
+from fitting.primitives import KINDS, Cone, Cylinder, Plane, Sphere
 from fitting.recognize import recognize
 from fitting.verdict import MISTAKEN, prior_of
 
 NOISE = 0.005
+
+
+class Planes:
+    """Takes every cloud for a plane, with some doubt."""
+
+    def rank(self, points: Array, normals: Array) -> Mapping[str, float]:
+        return {kind: 0.9 if kind == "plane" else 0.025 for kind in KINDS}
 
 
 def rng(seed: int = 0) -> np.random.Generator:
@@ -29,12 +38,15 @@ def bar(faces: int, n: int, noise: float, seed: int) -> Array:
 
 @pytest.mark.parametrize("n", [400, 3000, 20_000])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_plane_that_bows_by_half_its_noise_is_a_plane(n: int, sign: float) -> None:
+def test_a_plane_that_bows_by_half_its_noise_may_be_one(n: int, sign: float) -> None:
     x, y = rng(n).uniform(-0.5, 0.5, (2, n))
     bow = x**2 + y**2
     bow = sign * 0.5 * NOISE * (bow - bow.mean()) / bow.std()
-    answer = recognize(np.column_stack([x, y, bow + NOISE * rng(1).normal(size=n)]))
-    assert answer.status == "fitted" and isinstance(answer.primitive, Plane)
+    points = np.column_stack([x, y, bow + NOISE * rng(1).normal(size=n)])
+    for answer in (recognize(points, classifier=Planes()), recognize(points)):
+        kinds = [answer.primitive, *(other.primitive for other in answer.alternatives)]
+        assert any(isinstance(each, Plane) for each in kinds)
+        assert len(kinds) <= 2
 
 
 @pytest.mark.parametrize("faces", [3, 4, 5, 6, 8])

@@ -95,8 +95,9 @@ def test_no_fit_shows_the_points_and_says_why() -> None:
 
 
 def test_ambiguous_answers_show_the_first_and_name_the_others() -> None:
-    x, y = np.random.default_rng(3).uniform(-1.0, 1.0, (2, 400))
-    points = np.column_stack([x, y, np.random.default_rng(4).normal(0.0, 0.01, 400) + 0.01 * x**2])
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(40)])
+    points = np.vstack([ring, 2.0 * ring + [0.0, 0.0, 3.0]])
     recognition = primfit.fit(points)
     assert recognition.status == "ambiguous" and recognition.primitive
     page = _Page(primfit.export(recognition, "report", points))
