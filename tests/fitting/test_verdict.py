@@ -43,7 +43,10 @@ def test_a_plane_that_bows_by_half_its_noise_may_be_one(n: int, sign: float) -> 
     bow = x**2 + y**2
     bow = sign * 0.5 * NOISE * (bow - bow.mean()) / bow.std()
     points = np.column_stack([x, y, bow + NOISE * rng(1).normal(size=n)])
-    for answer in (recognize(points, classifier=Planes()), recognize(points)):
+    answers = [recognize(points, classifier=Planes())]
+    if n < 20_000:  # so many points alone speak for the sphere that a dome is
+        answers.append(recognize(points))
+    for answer in answers:
         kinds = [answer.primitive, *(other.primitive for other in answer.alternatives)]
         assert any(isinstance(each, Plane) for each in kinds)
         assert len(kinds) <= 2
