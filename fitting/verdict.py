@@ -19,9 +19,9 @@ section 3.2, "strong"."""
 MISTAKEN = 0.1
 """Share of clouds that a ranking knows nothing of: there the kinds are as likely as each other."""
 
-FORM = 1e-3
+FORM = 2e-3
 """A smooth deviation is one of sensor or part, and no other shape, where it is no larger than the noise, or
-than this share of the extent: a tenth of a millimetre on a hand's breadth, flatness H of ISO 2768-2."""
+than this share of the extent: 0.2 mm on a hand's breadth, flatness K of ISO 2768-2, the usual one."""
 
 SCATTER = 0.04
 """Noise beyond this share of the extent is a volume rather than a surface."""
