@@ -34,8 +34,8 @@ BARS = {
 }
 """Between which the share of intervals that hold the truth should lie; few points have no bar."""
 
-ROWS = 2
-"""Of the picture."""
+ROWS, LOWEST = 2, 80.0
+"""Of the picture: rows of panels, and the share [%] at which what is lower is drawn."""
 
 WITH_INTERVALS = tuple(law for law in LAWS if law != "minimal")
 
@@ -125,9 +125,11 @@ def _draw(found: Sequence[Outcome], path: Path) -> None:
                 for number in NUMBERS
                 if seen and number in seen[0].covered
             ]
-            panel.plot([place] * len(shares), shares, "o", color=COLORS["primfit"], markersize=4)
+            panel.plot(
+                [place] * len(shares), np.maximum(shares, LOWEST), "o", color=COLORS["primfit"], markersize=4
+            )
         panel.set_title(law, fontsize=9)
         panel.set_xticks(range(len(KINDS)), KINDS, rotation=90, fontsize=8)
-        panel.set_ylim(80.0, 100.5)
+        panel.set_ylim(LOWEST - 0.5, 100.5)
     figure.supylabel("95 % intervals that hold the truth [%]", fontsize=8)
     figure.savefig(path, metadata={"Software": None})
