@@ -1,7 +1,7 @@
 """The comparison: which kind, which others as well, or none of these."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -137,24 +137,35 @@ def claim(
     refusal = _too_few(evidence, len(cloud.working), question.only)
     if not refusal and (refusal := _several(evidence, len(cloud.working))):
         foreign = max(foreign, odds)
-    words = _words(evidence, cloud)
     settled = evidence.exact_share >= EXACT and not evidence.on_curves
+    found = Claim(evidence, prior, refusal, settled, odds, foreign, _words(evidence, cloud))
     if question.max_error is not None:
         mean = mean_error if question.counts_all else evidence.mean_inlier_distance / cloud.diagonal
-        settled = mean <= question.max_error
-        relation = "is within" if settled else "exceeds"
-        words = f"mean error {mean:.2e} of the diagonal {relation} max_error {question.max_error:.2e}"
-        refusal = ("" if question.counts_all else refusal) or ("" if settled else words)
-        foreign = -np.inf
-    elif question.only and question.counts_all:
-        if refusal or foreign > odds:
-            why = refusal or _off(evidence.explained, evidence, cloud, question.tolerance)
-            words = f"the only kind allowed, though {why}"
-        refusal, foreign, settled = "", -np.inf, True
-    elif not refusal and evidence.exact.any() and not settled:
-        if evidence.noise_scale > 2.0 * SCATTER * cloud.extent:
-            refusal = f"{words}, which is no surface"
-    return Claim(evidence, prior, refusal, settled, odds, foreign, words)
+        return _by_threshold(found, mean, question.max_error, question.counts_all)
+    if question.only and question.counts_all:
+        return _as_told(found, cloud, question.tolerance)
+    scattered = evidence.noise_scale > 2.0 * SCATTER * cloud.extent
+    if evidence.exact.any() and not settled and scattered and not refusal:
+        return replace(found, refusal=f"{found.words}, which is no surface")
+    return found
+
+
+def _by_threshold(found: Claim, mean: float, max_error: float, counts_all: bool) -> Claim:
+    """The claim as the caller's threshold has it: within it nothing else is asked."""
+    within = mean <= max_error
+    relation = "is within" if within else "exceeds"
+    words = f"mean error {mean:.2e} of the diagonal {relation} max_error {max_error:.2e}"
+    refusal = ("" if counts_all else found.refusal) or ("" if within else words)
+    return replace(found, refusal=refusal, settled=within, foreign=-np.inf, words=words)
+
+
+def _as_told(found: Claim, cloud: Cloud, tolerance: float) -> Claim:
+    """The claim of the only kind allowed, by every point: however it fits, the caller knows what it is."""
+    words = found.words
+    if found.refusal or found.foreign > found.odds:
+        why = found.refusal or _off(found.evidence.explained, found.evidence, cloud, tolerance)
+        words = f"the only kind allowed, though {why}"
+    return replace(found, refusal="", settled=True, foreign=-np.inf, words=words)
 
 
 def _too_few(evidence: Evidence, n_points: int, only: bool) -> str:
