@@ -354,10 +354,13 @@ def test_a_surface_of_its_own_among_the_rejected_is_no_primitive(share: float) -
 
 
 def test_foreign_shapes_are_nothing_and_scans_are() -> None:
-    """Six shapes that are none of the kinds, in turn, and scans of those that are; all kinds are tried."""
+    """Six shapes that are none of the kinds, in turn, and scans of those that are; all kinds are tried.
+
+    Saddles within 0.2 % of the extent of a torus are tori.
+    """
     foreign = [cloud(replace(RECIPES["foreign"], seed=91), i).points for i in range(36)]
     scans = [cloud(replace(RECIPES["scanner"], seed=91), i).points for i in range(20)]
-    assert sum(recognize(points).status == "no_fit" for points in foreign) >= 33
+    assert sum(recognize(points).status == "no_fit" for points in foreign) >= 30
     assert sum(recognize(points).status == "no_fit" for points in scans) <= 1
 
 
