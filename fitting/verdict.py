@@ -323,13 +323,15 @@ def may_overtake(
         return False
     if best.evidence.on_curves:
         return True
+    known = prior_of(probability) - best.prior
+    if best.evidence.exact.any():
+        return known > -DECIDED
     explained, more = best.evidence.explained, PRIMITIVES[kind].dof - best.dof
     limit = max(best.evidence.noise_scale, FORM * cloud.extent, tolerance)
     if explained is not None and explained.unexplained is not None:
         spread = PRIOR * cloud.extent * np.sqrt(np.count_nonzero(best.evidence.inlier))
         cost = float(np.log(np.hypot(1.0, spread / explained.white[explained.likeliest])))
-        gain = explained.unexplained - more * cost + prior_of(probability) - best.prior
-        if gain <= -DECIDED:
+        if explained.unexplained - more * cost + known <= -DECIDED:
             return False
     return more >= 0 or apart(kind) <= 2.0 * limit
 
