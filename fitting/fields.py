@@ -40,6 +40,9 @@ SMOOTH_RANGES = (0.3, 2.0)
 UNDETERMINED = 1e-12
 """Directions that move the surface by less than this, over the one that moves it most, are not seen."""
 
+DAMPING = 1e-12
+"""Added to what steps are solved from, over its trace: directions that are not seen stay where they are."""
+
 PRIOR = 0.1
 """Extents by which a parameter may move the surface: that a cloud lies on it is known beforehand."""
 
@@ -164,72 +167,124 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
 
     For each pair of fields the white noise is the most likely one, the parameters take one step of
     generalised least squares, and Occam's factor is that of a normal prior by which each of them, turned so
-    that it moves the surface by itself, may move it by `PRIOR` extents in the mean square.
+    that it moves the surface by itself, may move it by `PRIOR` extents in the mean square. Two fields are
+    looked at together where each alone explains more than white noise; else they explain nothing.
     """
     directions = _whitening(patched.jacobian)
     whitened = patched.jacobian @ directions
-    n, dof = whitened.shape
-    target = np.asfortranarray(np.column_stack([patched.mean, whitened]))
-    fields, roots, solved = [], [], []
-    for field in _fields(patched.apart):
-        root, failed = dpotrf(np.diag(1.0 / patched.count) + field.covariance, lower=1, clean=0)
-        if not failed:
-            fields.append(field)
-            roots.append(root)
-            solved.append(dtrsm(1.0, root, target, lower=1))
-    columns = np.array(solved)
-    normal = columns[:, :, 1:].transpose(0, 2, 1) @ columns[:, :, 1:]
-    pull = columns[:, :, 1:].transpose(0, 2, 1) @ columns[:, :, :1]
-    damping = 1e-10 * np.trace(normal, axis1=1, axis2=2)[:, None, None] / max(dof, 1) * np.eye(dof)
-    rest = (columns[:, :, :1] - columns[:, :, 1:] @ np.linalg.solve(normal + damping, pull))[:, :, 0]
-    free = n + patched.spare
-    left = np.sum(rest**2, axis=1) + patched.spare * patched.scatter**2
-    variance = np.maximum(left / max(free - dof, 1.0), least**2)
-    volume = np.array([np.log(root.diagonal()).sum() for root in roots])
-    steps = np.eye(dof) + (PRIOR * extent) ** 2 * normal / variance[:, None, None]
-    evidence = -0.5 * (free * np.log(2.0 * np.pi * variance) + left / variance) - volume
-    evidence -= 0.5 * np.linalg.slogdet(steps)[1]
-    scale = np.sqrt(variance)
-    taken = np.linalg.qr(whitened)[0]
-    seen = np.array([_seen(*each, taken) for each in zip(fields, roots, rest, strict=True)])
-    best = int(np.argmax(evidence))
-    shape = np.linalg.pinv(normal[best] + damping[best])
-    spread = scale[best] * np.sqrt(np.einsum("ij,jk,ik->i", directions, shape, directions))
+    rough, smooth = _rough(patched.apart), _smooth(patched.apart)
+    alone = [_weighed(field, patched, whitened, extent, least) for field in (_NOTHING, *rough, *smooth)]
+    helps = [each.log_evidence > alone[0].log_evidence for each in alone[1:]]
+    pairs = [
+        _both(one, two)
+        for one, useful in zip(rough, helps, strict=False)
+        for two, too in zip(smooth, helps[len(rough) :], strict=True)
+        if useful and too
+    ]
+    found = [*alone, *(_weighed(field, patched, whitened, extent, least) for field in pairs)]
+    useless = np.full(len(rough) * len(smooth) - len(pairs), -np.inf)
+    best = max(found, key=lambda each: each.log_evidence)
+    spread = best.white * np.sqrt(np.einsum("ij,jk,ik->i", directions, best.shape, directions))
+
+    def column(name: str) -> Array:
+        return np.concatenate([[getattr(each, name) for each in found], np.zeros_like(useless)])
+
+    evidence = np.concatenate([[each.log_evidence for each in found], useless])
     return Explanations(
         evidence,
-        scale,
-        seen[:, 0],
-        np.array([field.rough_range for field in fields]),
-        seen[:, 1],
-        np.array([field.smooth_range for field in fields]),
+        np.concatenate([[each.white for each in found], np.full_like(useless, best.white)]),
+        column("rough"),
+        column("rough_range"),
+        column("smooth"),
+        column("smooth_range"),
         patched.hidden,
         spread,
-        _unexplained(patched, dof, log_mean(evidence), extent),
+        _unexplained(patched, whitened.shape[1], log_mean(evidence), extent),
     )
-
-
-def _seen(field: "_Field", root: Array, rest: Array, taken: Array) -> tuple[float, float]:
-    """Sizes of the rough and of the smooth deviation that residuals show beside steps of the parameters.
-
-    Of their most likely courses, root mean square over the patches, from residuals (P,) whitened by `root`.
-    """
-    weights = dtrsm(1.0, root, rest[:, None], lower=1, trans_a=1)[:, 0]
-    smooth = np.zeros_like(rest) if field.bell is None else field.smooth**2 * (field.bell @ weights)
-    courses = np.stack([field.covariance @ weights - smooth, smooth], axis=1)
-    sizes = np.sqrt(np.mean((courses - taken @ (taken.T @ courses)) ** 2, axis=0))
-    return float(sizes[0]), float(sizes[1])
 
 
 @dataclass(frozen=True, eq=False)
 class _Field:
-    """A pair of fields: sizes over the white noise, ranges over the extent, and their covariance (P, P)."""
+    """A pair of fields: sizes over the white noise, ranges over the extent, and their covariances (P, P)."""
 
+    rough_range: float
+    smooth_range: float
+    rough: Array | float
+    smooth: Array | float
+
+
+_NOTHING = _Field(0.0, 0.0, 0.0, 0.0)
+
+
+def _rough(apart: Array) -> list[_Field]:
+    found = [(span, np.exp(-apart / span)) for span in ROUGH_RANGES]
+    return [_Field(span, 0.0, size**2 * bell, 0.0) for span, bell in found for size in ROUGH]
+
+
+def _smooth(apart: Array) -> list[_Field]:
+    found = [(span, np.exp(-0.5 * (apart / span) ** 2)) for span in SMOOTH_RANGES]
+    return [_Field(0.0, span, 0.0, size**2 * bell) for span, bell in found for size in SMOOTH]
+
+
+def _both(rough: _Field, smooth: _Field) -> _Field:
+    return _Field(rough.rough_range, smooth.smooth_range, rough.rough, smooth.smooth)
+
+
+@dataclass(frozen=True, eq=False)
+class _Explanation:
+    """One of `Explanations`; `shape` (dof, dof) is the covariance of a step over the white variance."""
+
+    log_evidence: float
+    white: float
     rough: float
     rough_range: float
     smooth: float
     smooth_range: float
-    covariance: Array
-    bell: Array | None
+    shape: Array
+
+
+def _weighed(field: _Field, patched: Patched, whitened: Array, extent: float, least: float) -> _Explanation:
+    """How well a pair of fields explains the residuals, and what it makes of them."""
+    n, dof = whitened.shape
+    covariance = np.diag(1.0 / patched.count) + field.rough + field.smooth
+    root, singular = dpotrf(covariance, lower=1, clean=0)
+    if singular:
+        return _Explanation(-np.inf, 1.0, 0.0, 0.0, 0.0, 0.0, np.zeros((dof, dof)))
+    solved = dtrsm(1.0, root, np.column_stack([patched.mean, whitened]), lower=1)
+    target, columns = solved[:, 0], solved[:, 1:]
+    normal = columns.T @ columns
+    shape = np.linalg.inv(normal + DAMPING * np.trace(normal) * np.eye(dof)) if dof else normal
+    rest = target - columns @ (shape @ (columns.T @ target))
+    free = n + patched.spare
+    left = float(rest @ rest) + patched.spare * patched.scatter**2
+    variance = max(left / max(free - dof, 1.0), least**2)
+    occam = float(np.linalg.slogdet(np.eye(dof) + (PRIOR * extent) ** 2 / variance * normal)[1])
+    evidence = -0.5 * (free * np.log(2.0 * np.pi * variance) + left / variance + occam)
+    rough, smooth = _seen(field, root, rest, whitened)
+    return _Explanation(
+        float(evidence - np.log(root.diagonal()).sum()),
+        float(np.sqrt(variance)),
+        rough,
+        field.rough_range,
+        smooth,
+        field.smooth_range,
+        shape,
+    )
+
+
+def _seen(field: _Field, root: Array, rest: Array, whitened: Array) -> tuple[float, float]:
+    """Sizes of the rough and of the smooth deviation that residuals show beside steps of the parameters.
+
+    Of their most likely courses, root mean square over the patches, from residuals (P,) whitened by `root`.
+    The columns (P, dof) that steps move the surface by are orthogonal, of length root P.
+    """
+    weights = dtrsm(1.0, root, rest[:, None], lower=1, trans_a=1)[:, 0]
+    sizes = []
+    for part in (field.rough, field.smooth):
+        course = part @ weights if isinstance(part, np.ndarray) else np.zeros_like(rest)
+        course = course - whitened @ (whitened.T @ course) / len(course)
+        sizes.append(float(np.sqrt(np.mean(course**2))))
+    return sizes[0], sizes[1]
 
 
 def _unexplained(patched: Patched, dof: int, found: float, extent: float) -> float | None:
@@ -240,23 +295,6 @@ def _unexplained(patched: Patched, dof: int, found: float, extent: float) -> flo
     occam = 0.5 * dof * np.log1p((PRIOR * extent) ** 2 * patched.count.sum() / variance)
     ideal = -0.5 * (free * np.log(2.0 * np.pi * variance) + free - dof) + 0.5 * np.log(patched.count).sum()
     return float(ideal - occam - found)
-
-
-def _fields(apart: Array) -> list[_Field]:
-    """None, the rough ones, the smooth ones, and each of both."""
-    nothing = np.zeros_like(apart)
-    rough = [(0.0, 0.0, nothing)]
-    rough += [(size, span, size**2 * np.exp(-apart / span)) for span in ROUGH_RANGES for size in ROUGH]
-    bells = [(span, np.exp(-0.5 * (apart / span) ** 2)) for span in SMOOTH_RANGES]
-    found = [_Field(size, span, 0.0, 0.0, covariance, None) for size, span, covariance in rough]
-    for reach, bell in bells:
-        for height in SMOOTH:
-            smooth = height**2 * bell
-            found += [
-                _Field(size, span, height, reach, covariance + smooth, bell)
-                for size, span, covariance in rough
-            ]
-    return found
 
 
 def _whitening(jacobian: Array) -> Array:
