@@ -172,8 +172,8 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     """
     directions = _whitening(patched.jacobian)
     whitened = patched.jacobian @ directions
-    rough, smooth = _rough(patched.apart), _smooth(patched.apart)
-    alone = [_weighed(field, patched, whitened, extent, least) for field in (_NOTHING, *rough, *smooth)]
+    nothing, rough, smooth = _Field(0.0, 0.0, 0.0, 0.0), _rough(patched.apart), _smooth(patched.apart)
+    alone = [_weighed(field, patched, whitened, extent, least) for field in (nothing, *rough, *smooth)]
     helps = [each.log_evidence > alone[0].log_evidence for each in alone[1:]]
     pairs = [
         _both(one, two)
@@ -211,9 +211,6 @@ class _Field:
     smooth_range: float
     rough: Array | float
     smooth: Array | float
-
-
-_NOTHING = _Field(0.0, 0.0, 0.0, 0.0)
 
 
 def _rough(apart: Array) -> list[_Field]:
