@@ -246,16 +246,16 @@ def decide(claims: list[Claim], cloud: Cloud, tolerance: float) -> Decision:
     if not possible:
         best = max(claims, key=lambda each: each.standing)
         return Decision("no_fit", best, (), best.refusal)
-    best = best_of(possible)
-    same = [each for each in possible if tolerance and _agree(each, best, cloud, tolerance)]
-    best = min(same, key=lambda each: each.dof, default=best)
-    foreign, why = _foreign(best, claims, cloud, tolerance)
-    if foreign > best.odds:
-        return Decision("no_fit", best, (), why)
+    likeliest = best_of(possible)
+    foreign, why = _foreign(likeliest, claims, cloud, tolerance)
+    if foreign > likeliest.odds:
+        return Decision("no_fit", likeliest, (), why)
+    same = [each for each in possible if tolerance and _agree(each, likeliest, cloud, tolerance)]
+    best = min(same, key=lambda each: each.dof, default=likeliest)
     rivals = [
         each
         for each in sorted(possible, key=lambda each: -each.odds)
-        if each not in (best, *same) and _as_likely(each, best)
+        if each not in (likeliest, *same) and _as_likely(each, likeliest)
     ]
     return Decision("ambiguous" if rivals else "fitted", best, tuple(rivals), best.words)
 

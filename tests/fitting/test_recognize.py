@@ -8,7 +8,7 @@ import pytest
 
 from fitting.config import Config
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
-from fitting.primitives import KINDS, Cone, Cylinder, Primitive, parameters
+from fitting.primitives import KINDS, Cone, Cylinder, Primitive, Torus, parameters
 from fitting.recognize import recognize
 from fitting.result import Recognition
 from synthetic import RECIPES, cloud
@@ -396,3 +396,15 @@ def test_a_noisy_surface_moves_with_its_cloud_to_the_last_digits(kind: str) -> N
     back = moved.transformed(turn.T, -2.0 * turn.T @ np.ones(3), 0.25)
     difference = np.abs(back.signed_distance(points)) - np.abs(alone.signed_distance(points))
     assert np.abs(difference).max() < 1e-12
+
+
+def test_a_few_points_on_a_bent_tube_are_a_torus() -> None:
+    """Normals of so few points tell nothing; the search bends cylinders."""
+    rng = np.random.default_rng(4)
+    for _ in range(8):
+        torus = Torus(rng.normal(size=3), rng.normal(size=3), rng.uniform(8.0, 14.0), 1.0)
+        points = torus.surface(rng.uniform(-0.16, 0.16, 45), rng.uniform(0.0, 2.0 * np.pi, 45))
+        points += rng.normal(0.0, 4e-4, points.shape)
+        answer = recognize(points)
+        assert answer.status == "fitted" and isinstance(answer.primitive, Torus)
+        assert answer.error is not None and answer.error.rms < 8e-4
