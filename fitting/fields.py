@@ -23,25 +23,25 @@ from scipy.linalg.lapack import dpotrf
 
 from fitting.geometry import TINY, Array
 
-ROUGH = (0.3, 1.0, 3.0)
+RATIO = 3.0
+"""Sizes and ranges of the fields are looked at so many times as large as each other: half a decade."""
+
+ROUGH = (1 / RATIO, 1.0, RATIO)
 """Standard deviations of the rough field, over that of the white noise: from what is hardly seen in a patch
 to nearly all of the noise."""
 
-ROUGH_RANGES = (0.1, 0.3, 1.0)
+ROUGH_RANGES = (1 / RATIO**2, 1 / RATIO, 1.0)
 """Its ranges, over the extent: from a patch to the whole cloud."""
 
-SMOOTH = (1.0, 3.0, 10.0, 30.0)
+SMOOTH = (1.0, RATIO, RATIO**2, RATIO * RATIO**2)
 """Standard deviations of the smooth field, over that of the white noise: from one that patches just show to
 that of a wrong kind under little noise."""
 
-SMOOTH_RANGES = (0.3, 2.0)
-"""Its ranges, over the extent: waves and bulges of a third of the cloud, and bows of all of it."""
+SMOOTH_RANGES = (0.5 / RATIO, 1.0)
+"""Its ranges, over the extent: of waves, which patches just show, and of a bow of all of it."""
 
-UNDETERMINED = 1e-12
+EPS = float(np.finfo(np.float64).eps)
 """Directions that move the surface by less than this, over the one that moves it most, are not seen."""
-
-DAMPING = 1e-12
-"""Added to what steps are solved from, over its trace: directions that are not seen stay where they are."""
 
 PRIOR = 0.1
 """Extents by which a parameter may move the surface: that a cloud lies on it is known beforehand."""
@@ -250,7 +250,7 @@ def _weighed(field: _Field, patched: Patched, whitened: Array, extent: float, le
     solved = dtrsm(1.0, root, np.column_stack([patched.mean, whitened]), lower=1)
     target, columns = solved[:, 0], solved[:, 1:]
     normal = columns.T @ columns
-    shape = np.linalg.inv(normal + DAMPING * np.trace(normal) * np.eye(dof)) if dof else normal
+    shape = np.linalg.inv(normal + EPS * np.trace(normal) * np.eye(dof)) if dof else normal
     rest = target - columns @ (shape @ (columns.T @ target))
     free = n + patched.spare
     left = float(rest @ rest) + patched.spare * patched.scatter**2
@@ -299,4 +299,4 @@ def _whitening(jacobian: Array) -> Array:
     if not jacobian.shape[1]:
         return np.empty((0, 0))
     _, sizes, directions = np.linalg.svd(jacobian / np.sqrt(len(jacobian)), full_matrices=False)
-    return np.asarray(directions.T / np.maximum(sizes, UNDETERMINED * max(float(sizes[0]), TINY)))
+    return np.asarray(directions.T / np.maximum(sizes, EPS * max(float(sizes[0]), TINY)))

@@ -116,7 +116,7 @@ def bearable(explained: Explanations, evidence: Evidence, extent: float, toleran
     form = max(FORM * extent, tolerance)
     seen = explained.smooth <= np.maximum(explained.white, form)
     hidden = explained.hidden <= np.maximum(2.0 * explained.white, form)
-    most = SCATTER * extent * max(1.0 - 4.0 * evidence.free / len(evidence.distance), 0.25)
+    most = SCATTER * extent
     return np.asarray(seen & hidden & (evidence.noise_scale <= most))
 
 
