@@ -7,11 +7,12 @@ import numpy as np
 
 from fitting.errors import InvalidPointCloudError
 from fitting.geometry import Array, principal
-from fitting.noise import FEWEST_PARAMETERS, rounding_of
+from fitting.noise import ULPS, rounding_of
 from fitting.normalize import Frame
 from fitting.normals import local_planes
 from fitting.order import canonical_order, canonical_sample, distance_keys, is_first, shuffled
 from fitting.patches import grains_of, patches_of
+from fitting.primitives import PRIMITIVES
 from fitting.weights import factors_of
 
 WORKING_POINTS = 20_000
@@ -31,6 +32,9 @@ SMALLEST_EXTENT = 1e-100
 
 FEW = 5
 """Clouds of fewer than this many times the points that a kind takes are fitted without rejecting any."""
+
+FEWEST_PARAMETERS = min(primitive.dof for primitive in PRIMITIVES.values())
+"""Kinds most of whose parameters are fixed take as many points, where chance is reckoned with."""
 
 FLAT = 1e-10
 """Second singular value over the first below which points count as collinear, beyond their rounding."""
@@ -145,7 +149,7 @@ class Cloud:
 
     def about(self, origin: Array) -> Self:
         """The same cloud with its points relative to another origin, which may round them more coarsely."""
-        rounding = 64.0 * float(np.finfo(np.float64).eps) * float(np.max(np.abs(origin)))
+        rounding = ULPS * float(np.finfo(np.float64).eps) * float(np.max(np.abs(origin)))
         return replace(
             self,
             points=self.points - origin,

@@ -10,7 +10,7 @@ from fitting.cloud import Cloud
 from fitting.fields import Explanations, Patched, explanations
 from fitting.geometry import Array, around_axis, basis, principal
 from fitting.limits import NUMBERS, Limits, dof_within, moved
-from fitting.noise import LEAST_OUTLIERS, ROUNDING_NOISE, NoiseModel, exact_points
+from fitting.noise import ROUNDING_NOISE, NoiseModel, exact_points
 from fitting.patches import GRAIN, PATCHES, strips_of
 from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 from fitting.refine import linearize
@@ -283,7 +283,7 @@ def summarize_noise(evidence: Evidence, cloud: Cloud) -> NoiseSummary:
     return NoiseSummary(
         scale=cloud.frame.scale * evidence.noise_scale,
         exact_share=evidence.exact_share,
-        outlier_share=0.0 if evidence.small or share <= LEAST_OUTLIERS else share,
+        outlier_share=0.0 if evidence.small else share,
         quantisation_step=cloud.step,
         correlated=rough,
         smooth=smooth,

@@ -1,67 +1,48 @@
 """How finely a cloud is written down, and how far points scatter about a surface."""
 
 from dataclasses import dataclass
+from decimal import Decimal
+from itertools import count
 from typing import Self
 
 import numpy as np
+from scipy.integrate import quad
+from scipy.special import xlogy
 
 from fitting import _descent
-from fitting.geometry import TINY, Array
+from fitting.geometry import Array
+from fitting.kernels import CUTOFF, Kernel
 
-DECIMALS = range(0, 16)
-"""Coordinates that are multiples of 10^-k for such a k are taken for quantised."""
+ULPS = 32
+"""Units in the last place of the largest coordinate that rounding may put a point off its surface, twice what
+is seen in the clouds of SHREC 2022: to store it takes one, the others come from how it was computed."""
 
-COARSEST_STEPS = 64
-"""A step is a rounding if the cloud is at least this many steps wide; else it is a lattice."""
+COARSEST_STEPS = 1000
+"""A rounding is fine if the cloud is this many times as wide. A coarser one is noise, or the step of a
+lattice: a wrong surface may be as near."""
 
-COARSER = 10.0
-"""A step is more than so many times the rounding of the number format."""
-
-SEEN_POINTS = 256
-"""Points that a step is found from."""
-
-LEAST_EXACT = 0.03
-"""Smallest share of a cloud that counts as an exact subset."""
-
-COARSEST_EXACT = 1e-3
-"""Rounding, in the normalised frame, beyond which points near a surface do not count as exact: a wrong one
-may be as near."""
-
-MIXTURE_POINTS = 1024
-"""Distances that a mixture is found from, at most."""
-
-MIXTURE_ROUNDS = 40
-"""Rounds of expectation maximisation, at most."""
-
-MIXTURE_STARTS = {0.2: 0.2533, 0.5: 0.6745}
-"""Shares of the distances that the scale is started from, with what a unit normal variable has there.
-
-From the median alone, more than half of outliers pass for wide noise."""
-
-LEAST_OUTLIERS, MOST_OUTLIERS = 1e-4, 0.7
-"""Bounds of the share of outliers in a mixture: at 0 a single outlier would have no likelihood at all."""
-
-HEAVY = 2.0
-"""Standard errors by which the kurtosis of noise with heavy tails is above that of normal noise."""
-
-PEAK = 2.0
-"""Standard deviations by which a peak must stand out."""
+AROUND = 3.0
+"""Where many are near a surface, they are held against those between that distance and this many times it."""
 
 CORE = 3.0
 """Distances beyond so many scales have no weight in the scale."""
 
-CORE_DEVIATION = 0.7952401018
-"""Standard deviation of a unit normal variable under the weights (1 - (x / CORE)^2)^2."""
-
-FEWEST_PARAMETERS = 3
-"""Those of a plane: where chance is reckoned with, kinds most of whose parameters are fixed have as many."""
-
-SCALE_AT_REST = 1e-14
-"""Relative change of a scale that ends its rounds."""
-
-
 ROUNDING_NOISE = 0.3
 """Standard deviation of a rounded coordinate, in steps: 1 / sqrt 12."""
+
+
+def _core_deviation() -> float:
+    """Standard deviation of a unit normal variable under the weights (1 - (x / CORE)^2)^2."""
+
+    def weight(x: float) -> float:
+        return float((1.0 - (x / CORE) ** 2) ** 2 * np.exp(-0.5 * x**2))
+
+    squares, weights = (quad(law, 0.0, CORE)[0] for law in (lambda x: x**2 * weight(x), weight))
+    return float(np.sqrt(squares / weights))
+
+
+CORE_DEVIATION = _core_deviation()
+"""Standard deviation of a unit normal variable under the weights of `core_scale`."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +51,9 @@ class Rounding:
 
     Attributes
     ----------
-    size : no distance below it means anything. The largest of: 64 units in the last place of float64, 4 of
-        float32 if every coordinate of a sample is a float32 number, and the step
-    step : the largest that the decimal coordinates of a sample differ by multiples of, or None
+    size : no distance below it means anything. The largest that is fine of `ULPS` units in the last place of
+        float64, as many of float32 if every coordinate is a float32 number, and the step
+    step : the largest that decimal coordinates differ by multiples of, or None
     """
 
     size: float
@@ -81,39 +62,35 @@ class Rounding:
 
 def rounding_of(points: Array) -> Rounding:
     """The rounding of coordinates (N, 3)."""
-    largest = float(np.max(np.abs(points)))
-    extent = float(np.max(np.ptp(points, axis=0)))
-    sample = points[_spread_out(len(points))]
-    double = rounding = 64.0 * float(np.finfo(np.float64).eps) * largest
+    double, single = (ULPS * float(np.finfo(each).eps * np.abs(points).max()) for each in (float, np.float32))
     with np.errstate(over="ignore"):
-        if np.array_equal(sample.astype(np.float32).astype(np.float64), sample):
-            rounding = max(rounding, 4.0 * float(np.finfo(np.float32).eps) * largest)
-    step = _step_of(sample, double)
-    if step is None or step <= COARSER * rounding or extent < COARSEST_STEPS * step:
-        return Rounding(rounding, None)
-    return Rounding(step, step)
+        rounding = single if np.array_equal(points.astype(np.float32), points) else double
+    step = _step_of(points, double)
+    if step is not None and step <= rounding:
+        step = None
+    finest = max(float(np.ptp(points, axis=0).max()) / COARSEST_STEPS, double)
+    return Rounding(max(size for size in (double, rounding, step or 0.0) if size <= finest), step)
 
 
-def _spread_out(n: int) -> np.ndarray:
-    """Indices of at most `SEEN_POINTS` of n points, in golden sections: no grid has their period."""
-    if n <= SEEN_POINTS:
-        return np.arange(n)
-    golden = (np.sqrt(5.0) - 1.0) / 2.0
-    return (np.arange(SEEN_POINTS) * golden % 1.0 * n).astype(np.intp)
+def _step_of(points: Array, rounding: float) -> float | None:
+    """The largest step of decimal coordinates (N, 3), the greatest common divisor of their differences.
 
-
-def _step_of(sample: Array, rounding: float) -> float | None:
-    """The largest step of decimal coordinates (N, 3), the greatest common divisor of their differences."""
-    for decimals in DECIMALS:
-        unit = 10.0**-decimals
-        if unit <= COARSER * rounding:
-            break
-        multiples = sample / unit
-        whole = np.round(multiples)
-        if np.all(np.abs(multiples - whole) <= 1e-6 + rounding / unit):
-            units = int(np.gcd.reduce((whole - whole[0]).astype(np.int64), axis=None))
-            return units / 10**decimals or None
+    They have the fewest decimals that all of them are multiples of, within their rounding.
+    """
+    for decimals in count():
+        exact = Decimal(1).scaleb(-decimals)
+        if exact <= 2.0 * rounding:
+            return None
+        unit = float(exact)
+        if _are_multiples(points[:1], unit, rounding) and _are_multiples(points, unit, rounding):
+            whole = np.rint(points / unit).astype(np.int64)
+            units = int(np.gcd.reduce(whole - whole[0], axis=None))
+            return float(units * exact) or None
     return None
+
+
+def _are_multiples(points: Array, unit: float, rounding: float) -> bool:
+    return bool(np.all(np.abs(points - unit * np.rint(points / unit)) <= rounding))
 
 
 def core_scale(distance: Array) -> float:
@@ -123,24 +100,21 @@ def core_scale(distance: Array) -> float:
     until the scale rests, corrected to be consistent for a normal distribution. It changes smoothly with the
     distances, so what is fitted at this scale does not depend on the way there.
     """
-    return _descent.core_scale(np.ascontiguousarray(distance), CORE, CORE_DEVIATION, SCALE_AT_REST)
+    at_rest = ULPS * float(np.finfo(np.float64).eps)
+    return _descent.core_scale(np.ascontiguousarray(distance), CORE, CORE_DEVIATION, at_rest)
 
 
 def exact_points(distance: Array, tolerance: float, dof: int) -> np.ndarray:
     """Mask (N,) of the points that lie on the surface as exactly as the coordinates can say.
 
-    Empty where that many could lie there by accident: unless it is all of them, there must be at least
-    four times the points that determine the surface, `LEAST_EXACT` of the cloud, and five times what the
-    density of points between one and ten tolerances lets expect. Empty, too, where the tolerance is coarse.
+    Empty where that many could lie there by accident: unless it is all of them, those that the surface was
+    not made to pass through must be twice those between one tolerance and two, and two standard deviations
+    of chance more.
     """
-    mask, dof = distance <= tolerance, max(dof, FEWEST_PARAMETERS)
-    if tolerance > COARSEST_EXACT:
-        return np.zeros_like(mask)
-    if mask.all():
-        return mask
-    count = int(mask.sum())
-    nearby = int((distance <= 10.0 * tolerance).sum()) - count
-    if count >= max(4 * dof, LEAST_EXACT * len(distance)) and count > 5.0 * nearby / 9.0:
+    mask = distance <= tolerance
+    inside = int(np.count_nonzero(mask))
+    around = int(np.count_nonzero(distance <= 2.0 * tolerance)) - inside
+    if inside == len(mask) or inside - dof > 2.0 * (around + np.sqrt(inside)):
         return mask
     return np.zeros_like(mask)
 
@@ -149,28 +123,32 @@ def is_peaked(distance: Array, dof: int) -> bool:
     """Whether more of the distances (N,) are near 0 than a smooth density has there.
 
     That is what an exact subset looks like from a surface that is off by the uncertainty of its `dof`
-    parameters: compared are the points within twice that and those within three times as much.
+    parameters: more points are within twice that than the density `AROUND` it lets expect, by two standard
+    deviations.
     """
     absolute = np.abs(distance)
     near = 2.0 * core_scale(absolute) * float(np.sqrt(dof / len(absolute)))
     inside = int(np.count_nonzero(absolute <= near))
-    around = int(np.count_nonzero(absolute <= 3.0 * near)) - inside
-    return inside - around / 2.0 > PEAK * np.sqrt(inside + around / 4.0 + 1.0)
+    around = int(np.count_nonzero(absolute <= AROUND * near)) - inside
+    share = 1.0 / (AROUND - 1.0)
+    return inside - share * around > 2.0 * float(np.sqrt(inside + share**2 * around + 1.0))
 
 
 def is_normal(distance: Array, largest: float) -> bool:
-    """Whether the tails of distances (N,) are no heavier than normal ones, and none is beyond the largest.
+    """Whether nothing of distances (N,) is to be rejected, as of normal noise.
 
-    Heavier is a kurtosis that is `HEAVY` standard errors, each sqrt(24 / N), above 3, as that of noise whose
-    scale differs from point to point.
-    Source: Fisher, "The moments of the distribution for normal samples", Proc. R. Soc. A 130, 1930.
+    So it is where none is beyond the largest, and least squares has no more variance on them than the
+    biweight that is cut off there. The variance is the mean square of the pulls over the square of their mean
+    slope.
+    Source: Huber, "Robust estimation of a location parameter", Annals Math. Stat. 35, 1964, section 4.
     """
-    squared = distance**2
+    squared = (CUTOFF / largest * distance) ** 2
     mean = float(squared.mean())
-    if mean == 0.0 or squared.max() > largest**2:
+    if mean == 0.0 or squared.max() > CUTOFF**2:
         return False
-    kurtosis = float(np.mean(squared**2)) / mean**2
-    return kurtosis <= 3.0 + HEAVY * float(np.sqrt(24.0 / len(squared)))
+    pulls = Kernel.TUKEY.weight(squared) ** 2 * squared
+    slope = float(Kernel.TUKEY.slope(squared).mean())
+    return mean * slope**2 <= float(pulls.mean())
 
 
 @dataclass(frozen=True)
@@ -186,42 +164,18 @@ class NoiseModel:
 
     @classmethod
     def of(cls, distance: Array, smallest: float, width: float) -> Self:
-        """The most likely mixture, by expectation maximisation on distances (N,).
+        """The most likely mixture of distances (N,) of which the k smallest are noise, for some k.
 
-        Of more than `MIXTURE_POINTS` distances every k-th is taken, at least half as many.
         `smallest` is the least scale, `width` the range over which outliers are uniform.
-        Source: Dempster, Laird and Rubin, JRSS B 39, 1977; outliers so modelled in Torr and Zisserman,
-        "MLESAC", CVIU 78, 2000.
+        Source: Celeux and Govaert, "A classification EM algorithm", Comput. Stat. Data Anal. 14, 1992, the
+        criterion C2; outliers so modelled in Torr and Zisserman, "MLESAC", CVIU 78, 2000.
         """
-        few = distance[:: -(-len(distance) // MIXTURE_POINTS)] ** 2
-        starts = [
-            float(np.sqrt(np.quantile(few, share, method="lower"))) / size
-            for share, size in MIXTURE_STARTS.items()
-        ]
-        mixtures = [_maximized(few, max(start, smallest), smallest, width) for start in starts]
-        scale, share = max(mixtures, key=lambda mixture: _log_likelihood(few, mixture, width))
-        return cls(scale, share, _log_likelihood(distance**2, (scale, share), width))
-
-
-def _maximized(squared: Array, scale: float, smallest: float, width: float) -> tuple[float, float]:
-    """The scale and the share of outliers of the mixture that expectation maximisation comes to."""
-    share = 0.05
-    for _ in range(MIXTURE_ROUNDS):
-        surface = (1.0 - share) * _normal(squared, scale)
-        belongs = surface / (surface + share / width)
-        total, before = float(belongs.sum()), scale
-        scale = max(float(np.sqrt(belongs @ squared / max(total, TINY))), smallest)
-        share = min(max(1.0 - total / len(squared), LEAST_OUTLIERS), MOST_OUTLIERS)
-        if abs(scale - before) <= 1e-3 * scale:
-            break
-    return scale, share
-
-
-def _log_likelihood(squared: Array, mixture: tuple[float, float], width: float) -> float:
-    scale, share = mixture
-    return float(np.log((1.0 - share) * _normal(squared, scale) + share / width).sum())
-
-
-def _normal(squared: Array, scale: float) -> Array:
-    density: Array = np.exp(-0.5 * squared / scale**2) / (scale * np.sqrt(2.0 * np.pi))
-    return density
+        squared = np.sort(distance**2)
+        sums, many = np.cumsum(squared), len(squared)
+        noise = np.arange(1, many + 1)
+        scales, outliers = np.maximum(np.sqrt(sums / noise), smallest), many - noise
+        normal = xlogy(noise, noise / (many * scales * np.sqrt(2.0 * np.pi))) - 0.5 * sums / scales**2
+        best = int(np.argmax(normal + xlogy(outliers, outliers / (many * width))))
+        scale, share = float(scales[best]), float(outliers[best]) / many
+        density = np.exp(-0.5 * squared / scale**2) / (scale * np.sqrt(2.0 * np.pi))
+        return cls(scale, share, float(np.log((1.0 - share) * density + share / width).sum()))
