@@ -73,6 +73,10 @@ cdef extern from "_surfaces.h" nogil:
         double *scratch, double *normal, int width, double *gradient
     )
 
+cdef extern from "_factors.h" nogil:
+    bint eliminate(double *rows, ptrdiff_t n, ptrdiff_t width)
+    void substitute(double *rows, ptrdiff_t n, ptrdiff_t width)
+
 cdef enum:
     MOST = 7
 
@@ -944,3 +948,127 @@ def solve_circles(const double[:, ::1] x, const double[:, ::1] y, int rounds):
             solve_overdetermined(design, target, n, 3, rounds, room, &view[k, 0])
     free(room)
     return result
+
+
+cdef void covariance_beside(
+    const double *white, const double *bells, const long long *which, const double *sizes, int parts,
+    const double *columns, Py_ssize_t n, Py_ssize_t k, double *rows
+) noexcept nogil:
+    """Rows (n, n + k): the upper triangle of  diag(white) + sum sizes^2 bells[which],  and the columns beside it."""
+    cdef Py_ssize_t i, j, width = n + k
+    cdef int part
+    cdef const double *bell
+    cdef double square
+    for i in range(n):
+        for j in range(i, n):
+            rows[i * width + j] = 0.0
+        for part in range(parts):
+            square = sizes[part] * sizes[part]
+            if square > 0.0:
+                bell = bells + (which[part] * n + i) * n
+                for j in range(i, n):
+                    rows[i * width + j] += square * bell[j]
+        rows[i * width + i] += white[i]
+        memcpy(rows + i * width + n, columns + i * k, k * sizeof(double))
+
+
+def solve_fields(
+    const double[::1] white, const double[:, :, ::1] bells, const long long[:, ::1] which,
+    const double[:, ::1] sizes, const double[:, ::1] columns
+):
+    """Columns (P, K) solved by each covariance  C = diag(white) + sum sizes^2 bells[which]  of fields on P patches.
+
+    A field is a row of `which` (T, parts) of the bells (B, P, P), and one of their sizes; size 0 leaves a part
+    out. With Cholesky's factor C = L L^T returned are  L^-1 columns  and  C^-1 columns, (T, P, K),  and the
+    logarithm of the determinant of L (T,), which is infinite where a covariance is not positive definite.
+    """
+    cdef Py_ssize_t t, i, n = columns.shape[0], k = columns.shape[1], fields = which.shape[0], width = n + k
+    cdef int parts = which.shape[1]
+    halves, solved, root = np.zeros((fields, n, k)), np.zeros((fields, n, k)), np.zeros(fields)
+    cdef double[:, :, ::1] half = halves
+    cdef double[:, :, ::1] whole = solved
+    cdef double[::1] log_root = root
+    cdef double *rows = room_for(n * width)
+    with nogil:
+        for t in range(fields):
+            covariance_beside(
+                &white[0], &bells[0, 0, 0], &which[t, 0], &sizes[t, 0], parts, &columns[0, 0], n, k, rows
+            )
+            if not eliminate(rows, n, width):
+                log_root[t] = INFINITY
+                continue
+            for i in range(n):
+                log_root[t] += log(rows[i * width + i])
+                memcpy(&half[t, i, 0], rows + i * width + n, k * sizeof(double))
+            substitute(rows, n, width)
+            for i in range(n):
+                memcpy(&whole[t, i, 0], rows + i * width + n, k * sizeof(double))
+    free(rows)
+    return halves, solved, root
+
+
+cdef void lower_half(double *keys, Py_ssize_t *order, Py_ssize_t n) noexcept nogil:
+    """Let the n // 2 smallest keys (n,), and their places, come first; of equal keys those of lower places."""
+    cdef Py_ssize_t low = 0, high = n - 1, rank = n // 2, i, j, place
+    cdef double pivot, swap
+    while low < high:
+        pivot, place = keys[(low + high) // 2], order[(low + high) // 2]
+        i, j = low, high
+        while i <= j:
+            while keys[i] < pivot or (keys[i] == pivot and order[i] < place):
+                i += 1
+            while keys[j] > pivot or (keys[j] == pivot and order[j] > place):
+                j -= 1
+            if i <= j:
+                swap = keys[i]
+                keys[i] = keys[j]
+                keys[j] = swap
+                order[i], order[j] = order[j], order[i]
+                i += 1
+                j -= 1
+        if rank <= j:
+            high = j
+        elif rank >= i:
+            low = i
+        else:
+            break
+
+
+cdef void halve(
+    const double[:, ::1] points, Py_ssize_t *order, double *keys, Py_ssize_t n, int times, long long number,
+    long long[::1] numbers
+) noexcept nogil:
+    """Number the n points of this order as halves of halves, so many times; keys (n,) is room."""
+    cdef double least, most, widest = -1.0
+    cdef Py_ssize_t i
+    cdef int axis, along = 0
+    if times == 0:
+        for i in range(n):
+            numbers[order[i]] = number
+        return
+    for axis in range(3):
+        least, most = INFINITY, -INFINITY
+        for i in range(n):
+            least, most = min(least, points[order[i], axis]), max(most, points[order[i], axis])
+        if most - least > widest:
+            widest, along = most - least, axis
+    for i in range(n):
+        keys[i] = points[order[i], along]
+    lower_half(keys, order, n)
+    halve(points, order, keys, n // 2, times - 1, 2 * number, numbers)
+    halve(points, order + n // 2, keys, n - n // 2, times - 1, 2 * number + 1, numbers)
+
+
+def halves(const double[:, ::1] points, int times):
+    """Numbers (N,) of the pieces of points (N, 3) that halving so many times leaves; see `fitting.patches`."""
+    cdef Py_ssize_t i, n = points.shape[0]
+    numbers = np.empty(n, np.int64)
+    cdef long long[::1] view = numbers
+    cdef double *keys = room_for(2 * n)
+    cdef Py_ssize_t *order = <Py_ssize_t *> (keys + n)
+    with nogil:
+        for i in range(n):
+            order[i] = i
+        halve(points, order, keys, n, times, 0, view)
+    free(keys)
+    return numbers
