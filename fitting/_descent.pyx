@@ -106,6 +106,8 @@ cdef int CORE_ROUNDS = 30
 cdef double NEARLY_AT_REST = 1e-3
 """Rounds of estimating a scale at most, and the relative change that ends them in annealing."""
 cdef double LARGEST_DAMPING = 1e8
+cdef ptrdiff_t BLOCK = 256
+"""Points whose derivatives are summed before the next ones are taken: those of a torus are 14 kB."""
 cdef double NEAR = 1e-6
 """An axis this close, relatively, to the cone that bounds it counts as being on it."""
 
@@ -452,14 +454,46 @@ cdef bint solve_within(
     return True
 
 
+cdef void assemble(
+    const Surface *surface, Points points, int kernel, double scale, double *distance, double *room,
+    double *normal, double *gradient
+) noexcept nogil:
+    """Distances (n,), and the sums of `normal_equations`, by blocks whose derivatives stay in the cache.
+
+    The room is for (2 + dof) numbers of each point of a block.
+    """
+    cdef int dof = DOF[surface.kind], i, j
+    cdef double part[MOST * MOST]
+    cdef double pull[MOST]
+    cdef ptrdiff_t start = 0, n = points.n
+    cdef Points block = points
+    for i in range(dof):
+        gradient[i] = 0.0
+        for j in range(i + 1):
+            normal[i * MOST + j] = 0.0
+    while start < n:
+        block.n = min(BLOCK, n - start)
+        block.x, block.y, block.z = points.x + start, points.y + start, points.z + start
+        if points.factor != NULL:
+            block.factor = points.factor + start
+        linearize(surface, block, distance + start, room)
+        normal_equations(
+            kernel, scale, distance + start, room, block.n, dof, room + dof * block.n, part, MOST, pull
+        )
+        for i in range(dof):
+            gradient[i] += pull[i]
+            for j in range(i + 1):
+                normal[i * MOST + j] += part[i * MOST + j]
+        start += block.n
+
+
 cdef bint descend(
     Surface *surface, Points points, int kernel, double scale, int max_iterations, double *distance,
-    double *jacobian, double *cost, const Limits *limits = NULL
+    double *room, double *cost, const Limits *limits = NULL
 ) noexcept nogil:
     """Levenberg-Marquardt, within the limits if there are any; whether it came to rest.
 
-    `distance` (n,) and `jacobian` (dof, n) are those of the surface, before; after, only the distances are.
-    Behind the derivatives there is room for (2, n).
+    `distance` (n,) is that of the surface, before and after; the room is as in `assemble`.
     """
     cdef int dof = DOF[surface.kind]
     cdef Py_ssize_t n = points.n
@@ -474,9 +508,7 @@ cdef bint descend(
     cdef int iteration, j
     cost[0] = cost_of(kernel, scale, distance, n)
     for iteration in range(max_iterations):
-        normal_equations(
-            kernel, scale, distance, jacobian, n, dof, jacobian + dof * n, normal, MOST, gradient
-        )
+        assemble(surface, points, kernel, scale, distance, room, normal, gradient)
         largest = 1e-300
         for j in range(dof):
             if not isfinite(normal[j * MOST + j]) or not isfinite(gradient[j]):
@@ -523,8 +555,6 @@ cdef bint descend(
         if unseen == LAST_STEPS:
             return True
         damping = max(damping * 0.1, 1e-12)
-        if iteration + 1 < max_iterations:
-            linearize(surface, points, distance, jacobian)
     return False
 
 
@@ -688,16 +718,15 @@ def refine(
     cdef bint rest
     result = np.empty(9)
     cdef double[::1] view = result
-    cdef double *room = room_for((6 + MOST) * n)
+    cdef double *room = room_for(4 * n + (2 + MOST) * BLOCK)
     cdef double *distance = room + 3 * n
-    cdef double *jacobian = room + 4 * n
     load(&surface, kind, &row[0])
     with nogil:
         seen = columns(points, room)
         if factors is not None:
             seen.factor = &factors[0]
-        linearize(&surface, seen, distance, jacobian)
-        rest = descend(&surface, seen, kernel, scale, max_iterations, distance, jacobian, &cost, within)
+        linearize(&surface, seen, distance, NULL)
+        rest = descend(&surface, seen, kernel, scale, max_iterations, distance, distance + n, &cost, within)
     free(room)
     store(&surface, &view[0])
     return result, cost, bool(rest)
@@ -705,24 +734,22 @@ def refine(
 
 cdef void step_robustly(
     Surface *surface, Points points, double smallest, double widths, int steps, double *distance,
-    double *absolute, double *jacobian, const Limits *limits = NULL
+    double *absolute, double *room, const Limits *limits = NULL
 ) noexcept nogil:
     """Steps under Geman-McClure kernels `widths` times the median distance wide, at least `smallest`.
 
-    A surface whose distances are not finite stays as it is. `absolute` is room for (n,), and `jacobian` as in
+    A surface whose distances are not finite stays as it is. `absolute` is room for (n,), `room` as in
     `descend`; `distance` (n,) holds the last distances.
     """
     cdef double cost
     cdef int turn
-    if steps == 0:
-        linearize(surface, points, distance, NULL)
+    linearize(surface, points, distance, NULL)
     for turn in range(steps):
-        linearize(surface, points, distance, jacobian)
         if not absolutes(distance, points.n, absolute):
             return
         descend(
             surface, points, GEMAN_MCCLURE, max(widths * median(absolute, points.n), smallest), 1, distance,
-            jacobian, &cost, limits
+            room, &cost, limits
         )
 
 
@@ -739,7 +766,7 @@ def settle(
     result, last = np.empty((rows.shape[0], 9)), np.empty((rows.shape[0], n))
     cdef double[:, ::1] view = result
     cdef double[:, ::1] last_view = last
-    cdef double *room = room_for((6 + MOST) * n)
+    cdef double *room = room_for(4 * n + (2 + MOST) * BLOCK)
     with nogil:
         seen = columns(points, room)
         for k in range(rows.shape[0]):
@@ -758,8 +785,9 @@ def compete(
 ):
     """The best of the rows (K, 9) after some stages, and its distances (N,); see `fitting.refine.compete`."""
     cdef Py_ssize_t k, i, n = points.shape[0], count, left = rows.shape[0], first
-    cdef double *room = room_for((7 + MOST) * n + left + left * sizeof(Surface) // sizeof(double))
-    cdef double *costs = room + (7 + MOST) * n
+    cdef Py_ssize_t most = 5 * n + (2 + MOST) * BLOCK
+    cdef double *room = room_for(most + left + left * sizeof(Surface) // sizeof(double))
+    cdef double *costs = room + most
     cdef Surface *surfaces = <Surface *> (costs + left)
     cdef double *distance
     cdef double cost
@@ -823,11 +851,10 @@ def anneal(
     cdef Points seen
     cdef double cost = 0.0, scale
     cdef bint reached = False
-    cdef double *room = room_for((8 + MOST) * n)
+    cdef double *room = room_for(6 * n + (2 + MOST) * BLOCK)
     cdef double *distance = room + 3 * n
     cdef double *absolute = room + 4 * n
     cdef double *scratch = room + 5 * n
-    cdef double *jacobian = room + 6 * n
     load(&surface, kind, &row[0])
     with nogil:
         seen = columns(points, room)
@@ -835,8 +862,7 @@ def anneal(
         if absolutes(distance, n, absolute):
             scale = max(2.0 * median(absolute, n), tolerance)
             while True:
-                linearize(&surface, seen, distance, jacobian)
-                descend(&surface, seen, GEMAN_MCCLURE, scale, 2, distance, jacobian, &cost, within)
+                descend(&surface, seen, GEMAN_MCCLURE, scale, 2, distance, room + 6 * n, &cost, within)
                 if not absolutes(distance, n, absolute):
                     break
                 if not reached and scale < at_noise * core_of(absolute, n, scratch, core, deviation, NEARLY_AT_REST):

@@ -279,7 +279,7 @@ def _weighed(
     target, across = halves[:, :, :1], halves[:, :, 1:]
     normal = across.transpose(0, 2, 1) @ across
     damping = np.where(np.isinf(root), 1.0, DAMPING * np.trace(normal, axis1=1, axis2=2))
-    shape: Array = np.linalg.inv(normal + damping[:, None, None] * np.eye(dof))
+    shape = np.asarray(np.linalg.inv(normal + damping[:, None, None] * np.eye(dof)), np.float64)
     step = shape @ (across.transpose(0, 2, 1) @ target)
     free = n + patched.spare
     left = np.sum((target - across @ step) ** 2, axis=(1, 2)) + patched.spare * patched.scatter**2
