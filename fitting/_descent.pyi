@@ -17,6 +17,17 @@ def refine(
     factors: Array | None = None,
     limits: Array | None = None,
 ) -> tuple[Array, float, bool]: ...
+def pull(
+    kind: int,
+    row: Array,
+    points: Array,
+    kernel: int,
+    scale: float,
+    core: float,
+    deviation: float,
+    rest: float,
+    factors: Array | None = None,
+) -> tuple[Array, Array, float]: ...
 def settle(
     kind: int,
     rows: Array,

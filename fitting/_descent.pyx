@@ -612,11 +612,17 @@ cdef double weighed(const double *absolute, Py_ssize_t n, double scale, double c
 cdef double core_of(
     const double *absolute, Py_ssize_t n, double *scratch, double core, double deviation, double rest
 ) noexcept nogil:
-    """As `fitting.noise.core_scale`; steps are extrapolated by Aitken's method until they are below `rest`."""
-    cdef double scale, first, second, bend, far
-    cdef int turn
+    """As `fitting.noise.core_scale`."""
     memcpy(scratch, absolute, n * sizeof(double))
-    scale = 1.4826 * median(scratch, n)
+    return core_from(1.4826 * median(scratch, n), absolute, n, core, deviation, rest)
+
+
+cdef double core_from(
+    double scale, const double *absolute, Py_ssize_t n, double core, double deviation, double rest
+) noexcept nogil:
+    """The scale that a given one leads to; steps are extrapolated by Aitken's method until they are below `rest`."""
+    cdef double first, second, bend, far
+    cdef int turn
     for turn in range(CORE_ROUNDS):
         if scale == 0.0:
             return 0.0
@@ -730,6 +736,40 @@ def refine(
     free(room)
     store(&surface, &view[0])
     return result, cost, bool(rest)
+
+
+def pull(
+    int kind, const double[::1] row, const double[:, ::1] points, int kernel, double scale, double core,
+    double deviation, double rest, const double[::1] factors=None
+):
+    """J^T W J (dof, dof), J^T W d (dof,) of the distances d under a kernel, and the scale that theirs leads to.
+
+    The arguments are those of `refine` and of `core_scale`.
+    """
+    cdef Py_ssize_t n = points.shape[0]
+    cdef int dof = DOF[kind], i, j
+    cdef Surface surface
+    cdef Points seen
+    cdef double found = 0.0
+    cdef double[MOST * MOST] sums
+    normal, gradient = np.empty((dof, dof)), np.empty(dof)
+    cdef double[:, ::1] normal_view = normal
+    cdef double[::1] gradient_view = gradient
+    cdef double *room = room_for(4 * n + (2 + MOST) * BLOCK)
+    cdef double *distance = room + 3 * n
+    load(&surface, kind, &row[0])
+    with nogil:
+        seen = columns(points, room)
+        if factors is not None:
+            seen.factor = &factors[0]
+        assemble(&surface, seen, kernel, scale, distance, distance + n, &sums[0], &gradient_view[0])
+        for i in range(dof):
+            for j in range(i + 1):
+                normal_view[i, j] = normal_view[j, i] = sums[i * MOST + j]
+        if absolutes(distance, n, distance):
+            found = core_from(scale, distance, n, core, deviation, rest)
+    free(room)
+    return normal, gradient, found
 
 
 cdef void step_robustly(
