@@ -15,6 +15,7 @@ variograms: Cressie, "Statistics for spatial data", 1993, section 2.3.
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Self
 
 import numpy as np
@@ -172,11 +173,11 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     """
     directions = _whitening(patched.jacobian)
     whitened = patched.jacobian @ directions
-    bells = _bells(patched.apart)
-    alone = _weighed(ALONE, bells, patched, whitened, extent, least)
+    bells, (single, paired, both) = _bells(patched.apart), _grid()
+    alone = _weighed(single, bells, patched, whitened, extent, least)
     helps = alone.log_evidence > alone.log_evidence[0]
-    useful = helps[PAIRS].all(axis=1)
-    pairs = _weighed(BOTH.among(useful), bells, patched, whitened, extent, least)
+    useful = helps[paired].all(axis=1)
+    pairs = _weighed(both.among(useful), bells, patched, whitened, extent, least)
     best = pairs if useful.any() and pairs.highest > alone.highest else alone
     white, shape = best.white[best.likeliest], best.shape[best.likeliest]
     spread = white * np.sqrt(np.einsum("ij,jk,ik->i", directions, shape, directions))
@@ -215,29 +216,17 @@ class _Fields:
         return np.where(self.size > 0.0, np.array(ROUGH_RANGES + SMOOTH_RANGES)[self.bell], 0.0)
 
 
-def _alone() -> _Fields:
-    """No field, then each rough one by itself, then each smooth one."""
+@cache
+def _grid() -> tuple[_Fields, NDArray[np.intp], _Fields]:
+    """Fields by themselves, none of them first; the numbers (72, 2) of those that are paired; the pairs."""
     rough = [((size, 0.0), (bell, 0)) for bell in range(len(ROUGH_RANGES)) for size in ROUGH]
     bells = range(len(ROUGH_RANGES), len(ROUGH_RANGES) + len(SMOOTH_RANGES))
     smooth = [((0.0, size), (0, bell)) for bell in bells for size in SMOOTH]
-    sizes, which = zip(((0.0, 0.0), (0, 0)), *rough, *smooth, strict=True)
-    return _Fields(np.array(sizes), np.array(which, np.int64))
-
-
-ALONE = _alone()
-"""The fields that are looked at by themselves."""
-
-PAIRS = np.array(
-    [
-        (rough, smooth)
-        for rough in np.flatnonzero(ALONE.size[:, 0])
-        for smooth in np.flatnonzero(ALONE.size[:, 1])
-    ]
-)
-"""Which of those are looked at together, (72, 2)."""
-
-BOTH = _Fields(ALONE.size[PAIRS].sum(axis=1), ALONE.bell[PAIRS].sum(axis=1))
-"""These pairs."""
+    sizes, which = (np.array(each) for each in zip(((0.0, 0.0), (0, 0)), *rough, *smooth, strict=True))
+    first, second = np.meshgrid(np.flatnonzero(sizes[:, 0]), np.flatnonzero(sizes[:, 1]), indexing="ij")
+    pairs = np.stack([first.ravel(), second.ravel()], axis=1)
+    both = _Fields(sizes[pairs].sum(axis=1), which[pairs].sum(axis=1))
+    return _Fields(sizes, which), pairs, both
 
 
 def _bells(apart: Array) -> Array:
