@@ -17,6 +17,17 @@ def refine(
     factors: Array | None = None,
     limits: Array | None = None,
 ) -> tuple[Array, float, bool]: ...
+def pull(
+    kind: int,
+    row: Array,
+    points: Array,
+    kernel: int,
+    scale: float,
+    core: float,
+    deviation: float,
+    rest: float,
+    factors: Array | None = None,
+) -> tuple[Array, Array, float]: ...
 def settle(
     kind: int,
     rows: Array,
@@ -50,3 +61,7 @@ def anneal(
 ) -> tuple[Array, Array | None]: ...
 def solve_linear(design: Array, target: Array, rounds: int) -> Array: ...
 def solve_circles(x: Array, y: Array, rounds: int) -> Array: ...
+def solve_fields(
+    white: Array, bells: Array, which: NDArray[np.int64], sizes: Array, columns: Array
+) -> tuple[Array, Array, Array]: ...
+def halves(points: Array, times: int) -> NDArray[np.int64]: ...

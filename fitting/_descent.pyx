@@ -73,6 +73,10 @@ cdef extern from "_surfaces.h" nogil:
         double *scratch, double *normal, int width, double *gradient
     )
 
+cdef extern from "_factors.h" nogil:
+    bint eliminate(double *rows, ptrdiff_t n, ptrdiff_t width)
+    void substitute(double *rows, ptrdiff_t n, ptrdiff_t width)
+
 cdef enum:
     MOST = 7
 
@@ -102,6 +106,8 @@ cdef int CORE_ROUNDS = 30
 cdef double NEARLY_AT_REST = 1e-3
 """Rounds of estimating a scale at most, and the relative change that ends them in annealing."""
 cdef double LARGEST_DAMPING = 1e8
+cdef ptrdiff_t BLOCK = 256
+"""Points whose derivatives are summed before the next ones are taken: those of a torus are 14 kB."""
 cdef double NEAR = 1e-6
 """An axis this close, relatively, to the cone that bounds it counts as being on it."""
 
@@ -448,14 +454,46 @@ cdef bint solve_within(
     return True
 
 
+cdef void assemble(
+    const Surface *surface, Points points, int kernel, double scale, double *distance, double *room,
+    double *normal, double *gradient
+) noexcept nogil:
+    """Distances (n,), and the sums of `normal_equations`, by blocks whose derivatives stay in the cache.
+
+    The room is for (2 + dof) numbers of each point of a block.
+    """
+    cdef int dof = DOF[surface.kind], i, j
+    cdef double part[MOST * MOST]
+    cdef double pull[MOST]
+    cdef ptrdiff_t start = 0, n = points.n
+    cdef Points block = points
+    for i in range(dof):
+        gradient[i] = 0.0
+        for j in range(i + 1):
+            normal[i * MOST + j] = 0.0
+    while start < n:
+        block.n = min(BLOCK, n - start)
+        block.x, block.y, block.z = points.x + start, points.y + start, points.z + start
+        if points.factor != NULL:
+            block.factor = points.factor + start
+        linearize(surface, block, distance + start, room)
+        normal_equations(
+            kernel, scale, distance + start, room, block.n, dof, room + dof * block.n, part, MOST, pull
+        )
+        for i in range(dof):
+            gradient[i] += pull[i]
+            for j in range(i + 1):
+                normal[i * MOST + j] += part[i * MOST + j]
+        start += block.n
+
+
 cdef bint descend(
     Surface *surface, Points points, int kernel, double scale, int max_iterations, double *distance,
-    double *jacobian, double *cost, const Limits *limits = NULL
+    double *room, double *cost, const Limits *limits = NULL
 ) noexcept nogil:
     """Levenberg-Marquardt, within the limits if there are any; whether it came to rest.
 
-    `distance` (n,) and `jacobian` (dof, n) are those of the surface, before; after, only the distances are.
-    Behind the derivatives there is room for (2, n).
+    `distance` (n,) is that of the surface, before and after; the room is as in `assemble`.
     """
     cdef int dof = DOF[surface.kind]
     cdef Py_ssize_t n = points.n
@@ -470,9 +508,7 @@ cdef bint descend(
     cdef int iteration, j
     cost[0] = cost_of(kernel, scale, distance, n)
     for iteration in range(max_iterations):
-        normal_equations(
-            kernel, scale, distance, jacobian, n, dof, jacobian + dof * n, normal, MOST, gradient
-        )
+        assemble(surface, points, kernel, scale, distance, room, normal, gradient)
         largest = 1e-300
         for j in range(dof):
             if not isfinite(normal[j * MOST + j]) or not isfinite(gradient[j]):
@@ -519,8 +555,6 @@ cdef bint descend(
         if unseen == LAST_STEPS:
             return True
         damping = max(damping * 0.1, 1e-12)
-        if iteration + 1 < max_iterations:
-            linearize(surface, points, distance, jacobian)
     return False
 
 
@@ -578,11 +612,17 @@ cdef double weighed(const double *absolute, Py_ssize_t n, double scale, double c
 cdef double core_of(
     const double *absolute, Py_ssize_t n, double *scratch, double core, double deviation, double rest
 ) noexcept nogil:
-    """As `fitting.noise.core_scale`; steps are extrapolated by Aitken's method until they are below `rest`."""
-    cdef double scale, first, second, bend, far
-    cdef int turn
+    """As `fitting.noise.core_scale`."""
     memcpy(scratch, absolute, n * sizeof(double))
-    scale = 1.4826 * median(scratch, n)
+    return core_from(1.4826 * median(scratch, n), absolute, n, core, deviation, rest)
+
+
+cdef double core_from(
+    double scale, const double *absolute, Py_ssize_t n, double core, double deviation, double rest
+) noexcept nogil:
+    """The scale that a given one leads to; steps are extrapolated by Aitken's method until they are below `rest`."""
+    cdef double first, second, bend, far
+    cdef int turn
     for turn in range(CORE_ROUNDS):
         if scale == 0.0:
             return 0.0
@@ -684,41 +724,72 @@ def refine(
     cdef bint rest
     result = np.empty(9)
     cdef double[::1] view = result
-    cdef double *room = room_for((6 + MOST) * n)
+    cdef double *room = room_for(4 * n + (2 + MOST) * BLOCK)
     cdef double *distance = room + 3 * n
-    cdef double *jacobian = room + 4 * n
     load(&surface, kind, &row[0])
     with nogil:
         seen = columns(points, room)
         if factors is not None:
             seen.factor = &factors[0]
-        linearize(&surface, seen, distance, jacobian)
-        rest = descend(&surface, seen, kernel, scale, max_iterations, distance, jacobian, &cost, within)
+        linearize(&surface, seen, distance, NULL)
+        rest = descend(&surface, seen, kernel, scale, max_iterations, distance, distance + n, &cost, within)
     free(room)
     store(&surface, &view[0])
     return result, cost, bool(rest)
 
 
+def pull(
+    int kind, const double[::1] row, const double[:, ::1] points, int kernel, double scale, double core,
+    double deviation, double rest, const double[::1] factors=None
+):
+    """J^T W J (dof, dof), J^T W d (dof,) of the distances d under a kernel, and the scale that theirs leads to.
+
+    The arguments are those of `refine` and of `core_scale`.
+    """
+    cdef Py_ssize_t n = points.shape[0]
+    cdef int dof = DOF[kind], i, j
+    cdef Surface surface
+    cdef Points seen
+    cdef double found = 0.0
+    cdef double[MOST * MOST] sums
+    normal, gradient = np.empty((dof, dof)), np.empty(dof)
+    cdef double[:, ::1] normal_view = normal
+    cdef double[::1] gradient_view = gradient
+    cdef double *room = room_for(4 * n + (2 + MOST) * BLOCK)
+    cdef double *distance = room + 3 * n
+    load(&surface, kind, &row[0])
+    with nogil:
+        seen = columns(points, room)
+        if factors is not None:
+            seen.factor = &factors[0]
+        assemble(&surface, seen, kernel, scale, distance, distance + n, &sums[0], &gradient_view[0])
+        for i in range(dof):
+            for j in range(i + 1):
+                normal_view[i, j] = normal_view[j, i] = sums[i * MOST + j]
+        if absolutes(distance, n, distance):
+            found = core_from(scale, distance, n, core, deviation, rest)
+    free(room)
+    return normal, gradient, found
+
+
 cdef void step_robustly(
     Surface *surface, Points points, double smallest, double widths, int steps, double *distance,
-    double *absolute, double *jacobian, const Limits *limits = NULL
+    double *absolute, double *room, const Limits *limits = NULL
 ) noexcept nogil:
     """Steps under Geman-McClure kernels `widths` times the median distance wide, at least `smallest`.
 
-    A surface whose distances are not finite stays as it is. `absolute` is room for (n,), and `jacobian` as in
+    A surface whose distances are not finite stays as it is. `absolute` is room for (n,), `room` as in
     `descend`; `distance` (n,) holds the last distances.
     """
     cdef double cost
     cdef int turn
-    if steps == 0:
-        linearize(surface, points, distance, NULL)
+    linearize(surface, points, distance, NULL)
     for turn in range(steps):
-        linearize(surface, points, distance, jacobian)
         if not absolutes(distance, points.n, absolute):
             return
         descend(
             surface, points, GEMAN_MCCLURE, max(widths * median(absolute, points.n), smallest), 1, distance,
-            jacobian, &cost, limits
+            room, &cost, limits
         )
 
 
@@ -735,7 +806,7 @@ def settle(
     result, last = np.empty((rows.shape[0], 9)), np.empty((rows.shape[0], n))
     cdef double[:, ::1] view = result
     cdef double[:, ::1] last_view = last
-    cdef double *room = room_for((6 + MOST) * n)
+    cdef double *room = room_for(4 * n + (2 + MOST) * BLOCK)
     with nogil:
         seen = columns(points, room)
         for k in range(rows.shape[0]):
@@ -754,8 +825,9 @@ def compete(
 ):
     """The best of the rows (K, 9) after some stages, and its distances (N,); see `fitting.refine.compete`."""
     cdef Py_ssize_t k, i, n = points.shape[0], count, left = rows.shape[0], first
-    cdef double *room = room_for((7 + MOST) * n + left + left * sizeof(Surface) // sizeof(double))
-    cdef double *costs = room + (7 + MOST) * n
+    cdef Py_ssize_t most = 5 * n + (2 + MOST) * BLOCK
+    cdef double *room = room_for(most + left + left * sizeof(Surface) // sizeof(double))
+    cdef double *costs = room + most
     cdef Surface *surfaces = <Surface *> (costs + left)
     cdef double *distance
     cdef double cost
@@ -819,11 +891,10 @@ def anneal(
     cdef Points seen
     cdef double cost = 0.0, scale
     cdef bint reached = False
-    cdef double *room = room_for((8 + MOST) * n)
+    cdef double *room = room_for(6 * n + (2 + MOST) * BLOCK)
     cdef double *distance = room + 3 * n
     cdef double *absolute = room + 4 * n
     cdef double *scratch = room + 5 * n
-    cdef double *jacobian = room + 6 * n
     load(&surface, kind, &row[0])
     with nogil:
         seen = columns(points, room)
@@ -831,8 +902,7 @@ def anneal(
         if absolutes(distance, n, absolute):
             scale = max(2.0 * median(absolute, n), tolerance)
             while True:
-                linearize(&surface, seen, distance, jacobian)
-                descend(&surface, seen, GEMAN_MCCLURE, scale, 2, distance, jacobian, &cost, within)
+                descend(&surface, seen, GEMAN_MCCLURE, scale, 2, distance, room + 6 * n, &cost, within)
                 if not absolutes(distance, n, absolute):
                     break
                 if not reached and scale < at_noise * core_of(absolute, n, scratch, core, deviation, NEARLY_AT_REST):
@@ -944,3 +1014,127 @@ def solve_circles(const double[:, ::1] x, const double[:, ::1] y, int rounds):
             solve_overdetermined(design, target, n, 3, rounds, room, &view[k, 0])
     free(room)
     return result
+
+
+cdef void covariance_beside(
+    const double *white, const double *bells, const long long *which, const double *sizes, int parts,
+    const double *columns, Py_ssize_t n, Py_ssize_t k, double *rows
+) noexcept nogil:
+    """Rows (n, n + k): the upper triangle of  diag(white) + sum sizes^2 bells[which],  and the columns beside it."""
+    cdef Py_ssize_t i, j, width = n + k
+    cdef int part
+    cdef const double *bell
+    cdef double square
+    for i in range(n):
+        for j in range(i, n):
+            rows[i * width + j] = 0.0
+        for part in range(parts):
+            square = sizes[part] * sizes[part]
+            if square > 0.0:
+                bell = bells + (which[part] * n + i) * n
+                for j in range(i, n):
+                    rows[i * width + j] += square * bell[j]
+        rows[i * width + i] += white[i]
+        memcpy(rows + i * width + n, columns + i * k, k * sizeof(double))
+
+
+def solve_fields(
+    const double[::1] white, const double[:, :, ::1] bells, const long long[:, ::1] which,
+    const double[:, ::1] sizes, const double[:, ::1] columns
+):
+    """Columns (P, K) solved by each covariance  C = diag(white) + sum sizes^2 bells[which]  of fields on P patches.
+
+    A field is a row of `which` (T, parts) of the bells (B, P, P), and one of their sizes; size 0 leaves a part
+    out. With Cholesky's factor C = L L^T returned are  L^-1 columns  and  C^-1 columns, (T, P, K),  and the
+    logarithm of the determinant of L (T,), which is infinite where a covariance is not positive definite.
+    """
+    cdef Py_ssize_t t, i, n = columns.shape[0], k = columns.shape[1], fields = which.shape[0], width = n + k
+    cdef int parts = which.shape[1]
+    halves, solved, root = np.zeros((fields, n, k)), np.zeros((fields, n, k)), np.zeros(fields)
+    cdef double[:, :, ::1] half = halves
+    cdef double[:, :, ::1] whole = solved
+    cdef double[::1] log_root = root
+    cdef double *rows = room_for(n * width)
+    with nogil:
+        for t in range(fields):
+            covariance_beside(
+                &white[0], &bells[0, 0, 0], &which[t, 0], &sizes[t, 0], parts, &columns[0, 0], n, k, rows
+            )
+            if not eliminate(rows, n, width):
+                log_root[t] = INFINITY
+                continue
+            for i in range(n):
+                log_root[t] += log(rows[i * width + i])
+                memcpy(&half[t, i, 0], rows + i * width + n, k * sizeof(double))
+            substitute(rows, n, width)
+            for i in range(n):
+                memcpy(&whole[t, i, 0], rows + i * width + n, k * sizeof(double))
+    free(rows)
+    return halves, solved, root
+
+
+cdef void lower_half(double *keys, Py_ssize_t *order, Py_ssize_t n) noexcept nogil:
+    """Let the n // 2 smallest keys (n,), and their places, come first; of equal keys those of lower places."""
+    cdef Py_ssize_t low = 0, high = n - 1, rank = n // 2, i, j, place
+    cdef double pivot, swap
+    while low < high:
+        pivot, place = keys[(low + high) // 2], order[(low + high) // 2]
+        i, j = low, high
+        while i <= j:
+            while keys[i] < pivot or (keys[i] == pivot and order[i] < place):
+                i += 1
+            while keys[j] > pivot or (keys[j] == pivot and order[j] > place):
+                j -= 1
+            if i <= j:
+                swap = keys[i]
+                keys[i] = keys[j]
+                keys[j] = swap
+                order[i], order[j] = order[j], order[i]
+                i += 1
+                j -= 1
+        if rank <= j:
+            high = j
+        elif rank >= i:
+            low = i
+        else:
+            break
+
+
+cdef void halve(
+    const double[:, ::1] points, Py_ssize_t *order, double *keys, Py_ssize_t n, int times, long long number,
+    long long[::1] numbers
+) noexcept nogil:
+    """Number the n points of this order as halves of halves, so many times; keys (n,) is room."""
+    cdef double least, most, widest = -1.0
+    cdef Py_ssize_t i
+    cdef int axis, along = 0
+    if times == 0:
+        for i in range(n):
+            numbers[order[i]] = number
+        return
+    for axis in range(3):
+        least, most = INFINITY, -INFINITY
+        for i in range(n):
+            least, most = min(least, points[order[i], axis]), max(most, points[order[i], axis])
+        if most - least > widest:
+            widest, along = most - least, axis
+    for i in range(n):
+        keys[i] = points[order[i], along]
+    lower_half(keys, order, n)
+    halve(points, order, keys, n // 2, times - 1, 2 * number, numbers)
+    halve(points, order + n // 2, keys, n - n // 2, times - 1, 2 * number + 1, numbers)
+
+
+def halves(const double[:, ::1] points, int times):
+    """Numbers (N,) of the pieces of points (N, 3) that halving so many times leaves; see `fitting.patches`."""
+    cdef Py_ssize_t i, n = points.shape[0]
+    numbers = np.empty(n, np.int64)
+    cdef long long[::1] view = numbers
+    cdef double *keys = room_for(2 * n)
+    cdef Py_ssize_t *order = <Py_ssize_t *> (keys + n)
+    with nogil:
+        for i in range(n):
+            order[i] = i
+        halve(points, order, keys, n, times, 0, view)
+    free(keys)
+    return numbers

@@ -15,12 +15,13 @@ variograms: Cressie, "Statistics for spatial data", 1993, section 2.3.
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Self
 
 import numpy as np
-from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dpotrf
+from numpy.typing import NDArray
 
+from fitting import _descent
 from fitting.geometry import TINY, Array
 
 RATIO = 3.0
@@ -112,10 +113,10 @@ def _scatter(number: np.ndarray, residual: Array) -> tuple[float, int]:
 
 def _means(number: np.ndarray, columns: Array) -> tuple[Array, Array, np.ndarray]:
     """Of the rows (N, k) with the same number: how many, their means, and which of these is each row's."""
-    _, place = np.unique(number, return_inverse=True)
-    count = np.bincount(place).astype(np.float64)
-    means = np.stack([np.bincount(place, column) for column in columns.T], axis=1) / count[:, None]
-    return count, means, place
+    count = np.bincount(number).astype(np.float64)
+    found = count > 0.0
+    sums = np.stack([np.bincount(number, column) for column in columns.T], axis=1)
+    return count[found], sums[found] / count[found, None], (np.cumsum(found) - 1)[number]
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,31 +173,27 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     """
     directions = _whitening(patched.jacobian)
     whitened = patched.jacobian @ directions
-    nothing, rough, smooth = _Field(0.0, 0.0, 0.0, 0.0), _rough(patched.apart), _smooth(patched.apart)
-    alone = [_weighed(field, patched, whitened, extent, least) for field in (nothing, *rough, *smooth)]
-    helps = [each.log_evidence > alone[0].log_evidence for each in alone[1:]]
-    pairs = [
-        _both(one, two)
-        for one, useful in zip(rough, helps, strict=False)
-        for two, too in zip(smooth, helps[len(rough) :], strict=True)
-        if useful and too
-    ]
-    found = [*alone, *(_weighed(field, patched, whitened, extent, least) for field in pairs)]
-    useless = np.full(len(rough) * len(smooth) - len(pairs), -np.inf)
-    best = max(found, key=lambda each: each.log_evidence)
-    spread = best.white * np.sqrt(np.einsum("ij,jk,ik->i", directions, best.shape, directions))
+    bells, (single, paired, both) = _bells(patched.apart), _grid()
+    alone = _weighed(single, bells, patched, whitened, extent, least)
+    helps = alone.log_evidence > alone.log_evidence[0]
+    useful = helps[paired].all(axis=1)
+    pairs = _weighed(both.among(useful), bells, patched, whitened, extent, least)
+    best = pairs if useful.any() and pairs.highest > alone.highest else alone
+    white, shape = best.white[best.likeliest], best.shape[best.likeliest]
+    spread = white * np.sqrt(np.einsum("ij,jk,ik->i", directions, shape, directions))
+    useless = np.zeros(np.count_nonzero(~useful))
 
-    def column(name: str) -> Array:
-        return np.concatenate([[getattr(each, name) for each in found], np.zeros_like(useless)])
+    def column(name: str, rest: Array) -> Array:
+        return np.concatenate([getattr(alone, name), getattr(pairs, name), rest])
 
-    evidence = np.concatenate([[each.log_evidence for each in found], useless])
+    evidence = column("log_evidence", useless - np.inf)
     return Explanations(
         evidence,
-        np.concatenate([[each.white for each in found], np.full_like(useless, best.white)]),
-        column("rough"),
-        column("rough_range"),
-        column("smooth"),
-        column("smooth_range"),
+        column("white", useless + white),
+        column("rough", useless),
+        column("rough_range", useless),
+        column("smooth", useless),
+        column("smooth_range", useless),
         patched.hidden,
         spread,
         _unexplained(patched, whitened.shape[1], log_mean(evidence), extent),
@@ -204,84 +201,100 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
 
 
 @dataclass(frozen=True, eq=False)
-class _Field:
-    """A pair of fields: sizes over the white noise, ranges over the extent, and their covariances (P, P)."""
+class _Fields:
+    """T pairs of a rough and a smooth field: sizes (T, 2) over the white noise, and numbers of bells."""
 
-    rough_range: float
-    smooth_range: float
-    rough: Array | float
-    smooth: Array | float
+    size: Array
+    bell: NDArray[np.int64]
 
+    def among(self, chosen: np.ndarray) -> Self:
+        return type(self)(self.size[chosen], self.bell[chosen])
 
-def _rough(apart: Array) -> list[_Field]:
-    found = [(span, np.exp(-apart / span)) for span in ROUGH_RANGES]
-    return [_Field(span, 0.0, size**2 * bell, 0.0) for span, bell in found for size in ROUGH]
-
-
-def _smooth(apart: Array) -> list[_Field]:
-    found = [(span, np.exp(-0.5 * (apart / span) ** 2)) for span in SMOOTH_RANGES]
-    return [_Field(0.0, span, 0.0, size**2 * bell) for span, bell in found for size in SMOOTH]
+    @property
+    def range(self) -> Array:
+        """Ranges (T, 2) over the extent, 0 where there is no field."""
+        return np.where(self.size > 0.0, np.array(ROUGH_RANGES + SMOOTH_RANGES)[self.bell], 0.0)
 
 
-def _both(rough: _Field, smooth: _Field) -> _Field:
-    return _Field(rough.rough_range, smooth.smooth_range, rough.rough, smooth.smooth)
+@cache
+def _grid() -> tuple[_Fields, NDArray[np.intp], _Fields]:
+    """Fields by themselves, none of them first; the numbers (72, 2) of those that are paired; the pairs."""
+    rough = [((size, 0.0), (bell, 0)) for bell in range(len(ROUGH_RANGES)) for size in ROUGH]
+    bells = range(len(ROUGH_RANGES), len(ROUGH_RANGES) + len(SMOOTH_RANGES))
+    smooth = [((0.0, size), (0, bell)) for bell in bells for size in SMOOTH]
+    sizes, which = (np.array(each) for each in zip(((0.0, 0.0), (0, 0)), *rough, *smooth, strict=True))
+    first, second = np.meshgrid(np.flatnonzero(sizes[:, 0]), np.flatnonzero(sizes[:, 1]), indexing="ij")
+    pairs = np.stack([first.ravel(), second.ravel()], axis=1)
+    both = _Fields(sizes[pairs].sum(axis=1), which[pairs].sum(axis=1))
+    return _Fields(sizes, which), pairs, both
+
+
+def _bells(apart: Array) -> Array:
+    """Correlations (B, P, P) of patches that are so far apart (P, P): of rough ranges, then smooth ones."""
+    rough = [np.exp(-apart / span) for span in ROUGH_RANGES]
+    return np.stack(rough + [np.exp(-0.5 * (apart / span) ** 2) for span in SMOOTH_RANGES])
 
 
 @dataclass(frozen=True, eq=False)
-class _Explanation:
-    """One of `Explanations`; `shape` (dof, dof) is the covariance of a step over the white variance."""
+class _Weighed:
+    """Some of `Explanations`; `shape` (T, dof, dof) is the covariance of a step over the white variance."""
 
-    log_evidence: float
-    white: float
-    rough: float
-    rough_range: float
-    smooth: float
-    smooth_range: float
+    log_evidence: Array
+    white: Array
+    rough: Array
+    rough_range: Array
+    smooth: Array
+    smooth_range: Array
     shape: Array
 
+    @property
+    def likeliest(self) -> int:
+        return int(np.argmax(self.log_evidence))
 
-def _weighed(field: _Field, patched: Patched, whitened: Array, extent: float, least: float) -> _Explanation:
-    """How well a pair of fields explains the residuals, and what it makes of them."""
+    @property
+    def highest(self) -> float:
+        return float(self.log_evidence[self.likeliest])
+
+
+def _weighed(
+    fields: _Fields, bells: Array, patched: Patched, whitened: Array, extent: float, least: float
+) -> _Weighed:
+    """How well pairs of fields explain the residuals, and what they make of them."""
     n, dof = whitened.shape
-    covariance = np.diag(1.0 / patched.count) + field.rough + field.smooth
-    root, singular = dpotrf(covariance, lower=1, clean=0)
-    if singular:
-        return _Explanation(-np.inf, 1.0, 0.0, 0.0, 0.0, 0.0, np.zeros((dof, dof)))
-    solved = dtrsm(1.0, root, np.column_stack([patched.mean, whitened]), lower=1)
-    target, columns = solved[:, 0], solved[:, 1:]
-    normal = columns.T @ columns
-    shape = np.linalg.inv(normal + EPS * np.trace(normal) * np.eye(dof)) if dof else normal
-    rest = target - columns @ (shape @ (columns.T @ target))
-    free = n + patched.spare
-    left = float(rest @ rest) + patched.spare * patched.scatter**2
-    variance = max(left / max(free - dof, 1.0), least**2)
-    occam = float(np.linalg.slogdet(np.eye(dof) + (PRIOR * extent) ** 2 / variance * normal)[1])
-    evidence = -0.5 * (free * np.log(2.0 * np.pi * variance) + left / variance + occam)
-    rough, smooth = _seen(field, root, rest, whitened)
-    return _Explanation(
-        float(evidence - np.log(root.diagonal()).sum()),
-        float(np.sqrt(variance)),
-        rough,
-        field.rough_range,
-        smooth,
-        field.smooth_range,
-        shape,
+    columns = np.column_stack([patched.mean, whitened])
+    halves, solved, root = _descent.solve_fields(
+        1.0 / patched.count, bells, fields.bell, fields.size, columns
     )
+    target, across = halves[:, :, :1], halves[:, :, 1:]
+    normal = across.transpose(0, 2, 1) @ across
+    damping = np.where(np.isinf(root), 1.0, EPS * np.trace(normal, axis1=1, axis2=2))
+    shape = np.asarray(np.linalg.inv(normal + damping[:, None, None] * np.eye(dof)), np.float64)
+    step = shape @ (across.transpose(0, 2, 1) @ target)
+    free = n + patched.spare
+    left = np.sum((target - across @ step) ** 2, axis=(1, 2)) + patched.spare * patched.scatter**2
+    variance = np.maximum(left / max(free - dof, 1.0), least**2)
+    known = ((PRIOR * extent) ** 2 / variance)[:, None, None] * normal
+    occam = np.linalg.slogdet(np.eye(dof) + known)[1]
+    evidence = -0.5 * (free * np.log(2.0 * np.pi * variance) + left / variance + occam)
+    weights = (solved[:, :, :1] - solved[:, :, 1:] @ step)[:, :, 0]
+    rough, smooth = (_seen(fields, part, bells, weights, whitened) for part in (0, 1))
+    rough_range, smooth_range = fields.range.T
+    white: Array = np.sqrt(variance)
+    return _Weighed(evidence - root, white, rough, rough_range, smooth, smooth_range, shape)
 
 
-def _seen(field: _Field, root: Array, rest: Array, whitened: Array) -> tuple[float, float]:
-    """Sizes of the rough and of the smooth deviation that residuals show beside steps of the parameters.
+def _seen(fields: _Fields, part: int, bells: Array, weights: Array, whitened: Array) -> Array:
+    """Sizes (T,) of the rough (part 0) or smooth (1) deviations that residuals show beside parameters' steps.
 
-    Of their most likely courses, root mean square over the patches, from residuals (P,) whitened by `root`.
-    The columns (P, dof) that steps move the surface by are orthogonal, of length root P.
+    Of their most likely courses, root mean square over the patches, from residuals that are solved by each
+    covariance, (T, P). The columns (P, dof) that steps move the surface by are orthogonal, of length root P.
     """
-    weights = dtrsm(1.0, root, rest[:, None], lower=1, trans_a=1)[:, 0]
-    sizes = []
-    for part in (field.rough, field.smooth):
-        course = part @ weights if isinstance(part, np.ndarray) else np.zeros_like(rest)
-        course = course - whitened @ (whitened.T @ course) / len(course)
-        sizes.append(float(np.sqrt(np.mean(course**2))))
-    return sizes[0], sizes[1]
+    course = np.empty_like(weights)
+    for bell in np.unique(fields.bell[:, part]):
+        mine = fields.bell[:, part] == bell
+        course[mine] = fields.size[mine, part, None] ** 2 * (weights[mine] @ bells[bell])
+    course -= (course @ whitened) @ whitened.T / len(whitened)
+    return np.asarray(np.sqrt(np.mean(course**2, axis=1)))
 
 
 def _unexplained(patched: Patched, dof: int, found: float, extent: float) -> float | None:

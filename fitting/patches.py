@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fitting import _descent
 from fitting.geometry import Array
 
 PATCHES = 64
@@ -21,22 +22,12 @@ def patches_of(points: Array, most: int = PATCHES) -> np.ndarray:
     """Number of the patch of each of the points (N, 3), from 0, of at most so many.
 
     Halves along the widest coordinate, again and again; given along the principal axes of the cloud, patches
-    turn with it. Points fewer than that are patches each.
+    turn with it. Of points that are as far along, the earlier ones are in the first half. Points fewer than
+    that are patches each.
     """
     if len(points) <= most:
         return np.arange(len(points))
-    patches = [np.arange(len(points))]
-    while 2 * len(patches) <= most:
-        halves = []
-        for patch in patches:
-            there = points[patch]
-            order = patch[np.argsort(there[:, np.argmax(np.ptp(there, axis=0))], kind="stable")]
-            halves += [order[: len(order) // 2], order[len(order) // 2 :]]
-        patches = halves
-    number = np.empty(len(points), np.intp)
-    for each, patch in enumerate(patches):
-        number[patch] = each
-    return number
+    return _descent.halves(np.ascontiguousarray(points), most.bit_length() - 1)
 
 
 def strips_of(values: Array, most: int = PATCHES) -> np.ndarray:

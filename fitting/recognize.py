@@ -77,7 +77,8 @@ def recognize(
     if probabilities:
         ranking.sort(key=lambda kind: -probabilities[kind])
     tries: list[_Try] = []
-    while kind := _next_kind(ranking, tries, probabilities, cloud, config):
+    distances: dict[tuple[str, str], float] = {}
+    while kind := _next_kind(ranking, tries, probabilities, cloud, config, distances):
         tries.append(_attempt(kind, cloud, config, probabilities))
     claims = [tried.claim for tried in tries if tried.claim]
     if not claims:
@@ -111,8 +112,12 @@ def _next_kind(
     probabilities: Mapping[str, float] | None,
     cloud: Cloud,
     config: Config,
+    distances: dict[tuple[str, str], float],
 ) -> str | None:
-    """The first kind, in order, that was not tried and might be the answer, or stand beside it."""
+    """The first kind, in order, that was not tried and might be the answer, or stand beside it.
+
+    The distances of kinds from the best surface of another are kept for the next question.
+    """
     done = {tried.attempt.kind for tried in tries}
     queue = [kind for kind in ranking if kind not in done]
     possible = [tried.claim for tried in tries if tried.claim and not tried.claim.refusal]
@@ -122,8 +127,10 @@ def _next_kind(
     surface = best.evidence.primitive
 
     def apart(kind: str) -> float:
-        rng = np.random.default_rng([config.seed, 2, KINDS.index(kind)])
-        return distance_to(kind, surface, cloud, rng)
+        if (kind, best.kind) not in distances:
+            rng = np.random.default_rng([config.seed, 2, KINDS.index(kind)])
+            distances[kind, best.kind] = distance_to(kind, surface, cloud, rng)
+        return distances[kind, best.kind]
 
     nearly = surface.simpler_kinds(extent=1.0)
     hopeful = (

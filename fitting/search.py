@@ -24,7 +24,8 @@ from fitting.noise import (
     is_peaked,
 )
 from fitting.primitives import KINDS, PRIMITIVES, Cylinder, Primitive, Torus
-from fitting.refine import CODES, refine, settle
+from fitting.refine import CODES, STEPS, refine, settle
+from fitting.rest import at_rest
 from fitting.result import FailedFit
 
 GUESS_POINTS = 160
@@ -66,6 +67,15 @@ MOST_ROUNDS = 100
 
 AT_REST = 1e-12
 """... which end when the scale changes by less than this, relatively: then the path to it has no say."""
+
+LONG_ROUNDS, FEWEST_STEPS, POINT_STEPS = 20, 5, 20_000
+"""Where nothing limits the surface, so many rounds are taken, of at least so many steps: of as many as look
+at so many points in all, if that is more, and of `STEPS` at most. What has come to no rest by then is on its
+way to a simpler kind."""
+
+NEARLY = 0.03
+"""A round that changes the scale by less than this, relatively, is followed by Anderson's method; should that
+fail, the next one that changes it by less than this share of that."""
 
 LEAST_TURN = 1e-3
 """A curved surface whose normals turn by less [rad] between points of one plane is that plane."""
@@ -261,7 +271,9 @@ def distinct_starts(kind: str, starts: Array, view: View) -> list[Array]:
         if all(np.linalg.norm(distance - other) > SAME_END * np.linalg.norm(other) for other in ends):
             chosen.append(row)
             ends.append(distance)
-    return chosen[:STARTS]
+        if len(chosen) == STARTS:
+            break
+    return chosen
 
 
 def _settled(
@@ -347,16 +359,8 @@ def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> 
 
     Where the noise is normal, and nothing is to be rejected, least squares in the end.
     """
-    scale, factors = 0.0, cloud.working_factors
-    for _ in range(MOST_ROUNDS):
-        residual = primitive.signed_distance(cloud.working)
-        before, scale = scale, core_scale(np.abs(residual if factors is None else factors * residual))
-        scale = max(scale, cloud.tolerance)
-        primitive = refine(
-            primitive, cloud.working, Kernel.TUKEY, scale, factors=factors, limits=limits
-        ).primitive
-        if abs(scale - before) <= AT_REST * scale:
-            break
+    primitive, scale = _with_its_scale(primitive, cloud, limits)
+    factors = cloud.working_factors
     residual = primitive.signed_distance(cloud.working)
     normal = is_normal(residual if factors is None else factors * residual, CUTOFF * scale)
     many = len(cloud.points) > WORKING_POINTS
@@ -365,6 +369,30 @@ def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> 
         points, factors = (cloud.points, cloud.factors) if many else (cloud.working, factors)
         primitive = refine(primitive, points, kernel, scale, factors=factors, limits=limits).primitive
     return primitive
+
+
+def _with_its_scale(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> tuple[Primitive, float]:
+    """The surface under a biweight and the scale of the core of its distances, at rest with each other.
+
+    Limits are kept by rounds of both alone. A surface that is on its way to a simpler kind, to which a radius
+    without end leads, comes to no rest.
+    """
+    factors, n = cloud.working_factors, len(cloud.working)
+    steps = None if limits else min(max(POINT_STEPS // n, FEWEST_STEPS), STEPS)
+    scale, nearly = 0.0, NEARLY
+    for _ in range(MOST_ROUNDS if limits else LONG_ROUNDS):
+        residual = primitive.signed_distance(cloud.working)
+        before, scale = scale, core_scale(np.abs(residual if factors is None else factors * residual))
+        scale = max(scale, cloud.tolerance)
+        refined = refine(primitive, cloud.working, Kernel.TUKEY, scale, steps, factors, limits)
+        primitive, change = refined.primitive, abs(scale - before)
+        if change <= AT_REST * scale and (limits or refined.converged):
+            break
+        if change <= nearly * scale and not limits:
+            nearly *= NEARLY
+            if rest := at_rest(primitive, scale, cloud.working, cloud.tolerance, factors):
+                return rest
+    return primitive, scale
 
 
 def distance_to(kind: str, surface: Primitive, cloud: Cloud, rng: np.random.Generator) -> float:
