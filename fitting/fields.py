@@ -129,6 +129,10 @@ class Explanations:
     rough, rough_range : (T,) of the rough field, as it shows beside what steps of the parameters take of it;
         the range over the extent
     smooth, smooth_range : (T,) the same of the smooth one
+    rough_size, smooth_size : (T,) standard deviations of the fields themselves, over the white noise
+    apart : logarithm of the evidence if the means of patches have a white noise of their own, -inf where no
+        patch has two points
+    apart_white : standard deviation of a point that this noise amounts to
     hidden : deviation within patches, which the fields do not see
     spread : (dof,) standard deviations of the parameters under the likeliest
     unexplained : logarithm of how much likelier the residuals would be if they were white noise as points
@@ -141,6 +145,10 @@ class Explanations:
     rough_range: Array
     smooth: Array
     smooth_range: Array
+    rough_size: Array
+    smooth_size: Array
+    apart: float
+    apart_white: float
     hidden: float
     spread: Array
     unexplained: float | None
@@ -172,7 +180,11 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     """
     directions = _whitening(patched.jacobian)
     whitened = patched.jacobian @ directions
-    nothing, rough, smooth = _Field(0.0, 0.0, 0.0, 0.0), _rough(patched.apart), _smooth(patched.apart)
+    nothing, rough, smooth = (
+        _Field(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        _rough(patched.apart),
+        _smooth(patched.apart),
+    )
     alone = [_weighed(field, patched, whitened, extent, least) for field in (nothing, *rough, *smooth)]
     helps = [each.log_evidence > alone[0].log_evidence for each in alone[1:]]
     pairs = [
@@ -197,6 +209,9 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
         column("rough_range"),
         column("smooth"),
         column("smooth_range"),
+        column("rough_size"),
+        column("smooth_size"),
+        *_apart(patched, whitened, extent, least),
         patched.hidden,
         spread,
         _unexplained(patched, whitened.shape[1], log_mean(evidence), extent),
@@ -207,7 +222,9 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
 class _Field:
     """A pair of fields: sizes over the white noise, ranges over the extent, and their covariances (P, P)."""
 
+    rough_size: float
     rough_range: float
+    smooth_size: float
     smooth_range: float
     rough: Array | float
     smooth: Array | float
@@ -215,16 +232,23 @@ class _Field:
 
 def _rough(apart: Array) -> list[_Field]:
     found = [(span, np.exp(-apart / span)) for span in ROUGH_RANGES]
-    return [_Field(span, 0.0, size**2 * bell, 0.0) for span, bell in found for size in ROUGH]
+    return [_Field(size, span, 0.0, 0.0, size**2 * bell, 0.0) for span, bell in found for size in ROUGH]
 
 
 def _smooth(apart: Array) -> list[_Field]:
     found = [(span, np.exp(-0.5 * (apart / span) ** 2)) for span in SMOOTH_RANGES]
-    return [_Field(0.0, span, 0.0, size**2 * bell) for span, bell in found for size in SMOOTH]
+    return [_Field(0.0, 0.0, size, span, 0.0, size**2 * bell) for span, bell in found for size in SMOOTH]
 
 
 def _both(rough: _Field, smooth: _Field) -> _Field:
-    return _Field(rough.rough_range, smooth.smooth_range, rough.rough, smooth.smooth)
+    return _Field(
+        rough.rough_size,
+        rough.rough_range,
+        smooth.smooth_size,
+        smooth.smooth_range,
+        rough.rough,
+        smooth.smooth,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,6 +261,8 @@ class _Explanation:
     rough_range: float
     smooth: float
     smooth_range: float
+    rough_size: float
+    smooth_size: float
     shape: Array
 
 
@@ -246,7 +272,7 @@ def _weighed(field: _Field, patched: Patched, whitened: Array, extent: float, le
     covariance = np.diag(1.0 / patched.count) + field.rough + field.smooth
     root, singular = dpotrf(covariance, lower=1, clean=0)
     if singular:
-        return _Explanation(-np.inf, 1.0, 0.0, 0.0, 0.0, 0.0, np.zeros((dof, dof)))
+        return _Explanation(-np.inf, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.zeros((dof, dof)))
     solved = dtrsm(1.0, root, np.column_stack([patched.mean, whitened]), lower=1)
     target, columns = solved[:, 0], solved[:, 1:]
     normal = columns.T @ columns
@@ -265,6 +291,8 @@ def _weighed(field: _Field, patched: Patched, whitened: Array, extent: float, le
         field.rough_range,
         smooth,
         field.smooth_range,
+        field.rough_size,
+        field.smooth_size,
         shape,
     )
 
@@ -282,6 +310,27 @@ def _seen(field: _Field, root: Array, rest: Array, whitened: Array) -> tuple[flo
         course = course - whitened @ (whitened.T @ course) / len(course)
         sizes.append(float(np.sqrt(np.mean(course**2))))
     return sizes[0], sizes[1]
+
+
+def _apart(patched: Patched, whitened: Array, extent: float, least: float) -> tuple[float, float]:
+    """Evidence and size, as of a point, of white noise that the means of patches have to themselves.
+
+    So it is where noise is correlated within patches only. The variances of the means and within patches
+    are two numbers for one, which costs half the logarithm of how often the second is seen.
+    """
+    n, dof = whitened.shape
+    if not patched.spare or not patched.scatter:
+        return -np.inf, 0.0
+    root = np.sqrt(patched.count)
+    columns, target = root[:, None] * whitened, root * patched.mean
+    rest = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
+    variance = max(float(rest @ rest) / (n - dof), least**2)
+    occam = np.linalg.slogdet(np.eye(dof) + (PRIOR * extent) ** 2 / variance * (columns.T @ columns))[1]
+    means = -0.5 * (
+        (n - dof) * np.log(2.0 * np.pi * np.e * variance) + dof * np.log(2.0 * np.pi * variance) + occam
+    )
+    within = -0.5 * patched.spare * np.log(2.0 * np.pi * np.e * max(patched.scatter, least) ** 2)
+    return float(means + within + np.log(root).sum() - 0.5 * np.log(patched.spare)), float(np.sqrt(variance))
 
 
 def _unexplained(patched: Patched, dof: int, found: float, extent: float) -> float | None:
