@@ -8,17 +8,17 @@ f_i J_i of the derivatives, the estimate solves  sum p_i f_i J_i = 0,  so that i
 Source: Huber and Ronchetti, "Robust statistics", 2nd ed. 2009, section 7.6. With cov(p_i, p_i) from each
 point's own pull it holds for noise that differs from point to point: White, Econometrica 48, 1980; divided by
 1 - leverage, MacKinnon and White, J. Econometrics 29, 1985 (HC2). Pairs of correlated points: Conley,
-J. Econometrics 92, 1999, here with a fitted correlation function.
+J. Econometrics 92, 1999, here patch by patch, with the fields that explain what is left over.
 """
 
 from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from scipy.linalg.blas import dtpmv
 
-from fitting.correlation import PAIRED, Correlation, correlation_of
+from fitting.agreement import Agreement, Correlation
 from fitting.geometry import Array
+from fitting.patches import PATCHES
 from fitting.primitives import Primitive
 from fitting.profile import Cost
 
@@ -39,6 +39,7 @@ class StepCovariance:
     bread : (dof, dof) the inverse of A: what it would be under independent noise of variance 1
     noise : standard deviation of a pull
     effective_points : how many independent points tell as much
+    estimates : how many squares the noise is estimated from; of patches, where fields are looked for
     correlation : of the noise on the surface, None where it is independent
     """
 
@@ -46,6 +47,7 @@ class StepCovariance:
     bread: Array
     noise: float
     effective_points: float
+    estimates: float
     correlation: Correlation | None = None
 
 
@@ -59,6 +61,7 @@ class Linear:
     rows : (M, k) factors times derivatives, in the free directions
     free : (dof, k) those directions, orthonormal
     pull, slope : (M,) of the kernel
+    gain : (M,) the derivative of the pull by the distance of the point
     """
 
     feet: Array
@@ -66,6 +69,7 @@ class Linear:
     free: Array
     pull: Array
     slope: Array
+    gain: Array
     copies: float
 
     @classmethod
@@ -76,7 +80,8 @@ class Linear:
             distance, jacobian = cost.factors * distance, cost.factors[:, None] * jacobian
         squared = (distance / cost.scale) ** 2
         pull, slope = cost.kernel.weight(squared) * distance, cost.kernel.slope(squared)
-        return cls(feet, jacobian, np.eye(primitive.dof), pull, slope, copies)
+        gain = slope if cost.factors is None else cost.factors * slope
+        return cls(feet, jacobian, np.eye(primitive.dof), pull, slope, gain, copies)
 
     def within(self, free: Array) -> Self:
         """In these directions (dof, k), orthonormal, only."""
@@ -110,43 +115,25 @@ class Linear:
         spare = len(self.rows) - self.rows.shape[1]
         return self.known(float(np.sqrt(self.pull @ self.pull / spare))) if spare > 0 else None
 
-    def uneven(self, order: np.ndarray) -> StepCovariance | None:
-        """Under noise that may differ from point to point and agree between neighbours.
-
-        `order` (S,) holds indices of the points in random order.
-        """
+    def uneven(self, agreement: Agreement | None) -> StepCovariance | None:
+        """Under noise that may differ from point to point and agree between neighbours."""
         bread = self.bread()
         if bread is None:
             return None
         leverage = self.copies * self.slope * np.einsum("ij,ij->i", self.rows @ bread, self.rows)
         squared = self.pull**2 / (1.0 - np.clip(leverage, 0.0, MOST_LEVERAGE))
-        meat = self.copies * (self.rows.T @ (squared[:, None] * self.rows))
-        noise, effective = float(np.sqrt(squared.mean())), self.copies * len(self.rows)
-        found, correlation = correlation_of(self.feet, self.pull, order) if noise > 0.0 else None, None
-        if found is not None:
-            correlation, apart = found
-            shared, alike = self._shared(correlation, apart, order[:PAIRED], bread)
-            meat = meat + shared
-            effective = effective / (1.0 + alike)
-        return self._lifted(bread @ meat @ bread, bread, noise, effective, correlation)
-
-    def _shared(
-        self, correlation: Correlation, apart: Array, some: np.ndarray, bread: Array
-    ) -> tuple[Array, float]:
-        """The part of B that pairs of points share, estimated from some (S,) of them that are so far `apart`
-        (as `pdist` has it), and for how many other points a point stands."""
-        covariance = correlation.covariance(apart)
-        n, m = self.copies * len(self.rows), len(some)
-        rows, each = self.rows[some], n * (n - 1.0) / (m * (m - 1.0))
-        # as `pdist` has them, the pairs are the columns of a packed lower triangle
-        products = [dtpmv(m - 1, covariance, column, lower=1) for column in rows[:-1].T]
-        half = each * (np.reshape(products, (-1, m - 1)) @ rows[1:])
-        shared = half + half.T
-        root = np.linalg.cholesky(bread)
-        sizes, axes = np.linalg.eigh(root.T @ shared @ root)
-        back = np.linalg.solve(root.T, axes)
-        alike = 2.0 * each / n * float(covariance.sum()) / correlation.variance
-        return back @ (np.maximum(sizes, 0.0)[:, None] * back.T), alike
+        independent = self.copies * (self.rows.T @ (squared[:, None] * self.rows))
+        noise, points = float(np.sqrt(squared.mean())), self.copies * len(self.rows)
+        if agreement is None:
+            return self._lifted(bread @ independent @ bread, bread, noise, points)
+        rows = self.copies * self.gain[:, None] * self.rows
+        meat = agreement.own * independent + agreement.meat(rows, self.feet)
+        correlation = agreement.correlation
+        matrix, count = bread @ meat @ bread, points
+        if correlation is not None:
+            count = min(points * _alike(independent, meat, bread), points)
+        found = self._lifted(matrix, bread, noise, count)
+        return replace(found, correlation=correlation, estimates=float(min(points, PATCHES)))
 
     def _lifted(
         self,
@@ -154,7 +141,13 @@ class Linear:
         bread: Array,
         noise: float,
         effective: float,
-        correlation: Correlation | None = None,
     ) -> StepCovariance:
         free = self.free
-        return StepCovariance(free @ matrix @ free.T, free @ bread @ free.T, noise, effective, correlation)
+        return StepCovariance(
+            free @ matrix @ free.T, free @ bread @ free.T, noise, effective, self.copies * len(self.rows)
+        )
+
+
+def _alike(independent: Array, meat: Array, bread: Array) -> float:
+    """The variance of steps under independent noise over what it is, in the mean over what is known."""
+    return float(np.sum(independent * bread) / np.sum(meat * bread))

@@ -130,6 +130,10 @@ class Explanations:
     rough, rough_range : (T,) of the rough field, as it shows beside what steps of the parameters take of it;
         the range over the extent
     smooth, smooth_range : (T,) the same of the smooth one
+    rough_size, smooth_size : (T,) standard deviations of the fields themselves, over the white noise
+    apart : logarithm of the evidence if the means of patches have a white noise of their own, -inf where no
+        patch has two points
+    apart_white : standard deviation of a point that this noise amounts to
     hidden : deviation within patches, which the fields do not see
     spread : (dof,) standard deviations of the parameters under the likeliest
     unexplained : logarithm of how much likelier the residuals would be if they were white noise as points
@@ -142,6 +146,10 @@ class Explanations:
     rough_range: Array
     smooth: Array
     smooth_range: Array
+    rough_size: Array
+    smooth_size: Array
+    apart: float
+    apart_white: float
     hidden: float
     spread: Array
     unexplained: float | None
@@ -194,6 +202,9 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
         column("rough_range", useless),
         column("smooth", useless),
         column("smooth_range", useless),
+        column("rough_size", useless),
+        column("smooth_size", useless),
+        *_apart(patched, whitened, extent, least),
         patched.hidden,
         spread,
         _unexplained(patched, whitened.shape[1], log_mean(evidence), extent),
@@ -245,6 +256,8 @@ class _Weighed:
     rough_range: Array
     smooth: Array
     smooth_range: Array
+    rough_size: Array
+    smooth_size: Array
     shape: Array
 
     @property
@@ -279,8 +292,16 @@ def _weighed(
     weights = (solved[:, :, :1] - solved[:, :, 1:] @ step)[:, :, 0]
     rough, smooth = (_seen(fields, part, bells, weights, whitened) for part in (0, 1))
     rough_range, smooth_range = fields.range.T
-    white: Array = np.sqrt(variance)
-    return _Weighed(evidence - root, white, rough, rough_range, smooth, smooth_range, shape)
+    return _Weighed(
+        evidence - root,
+        np.asarray(np.sqrt(variance)),
+        rough,
+        rough_range,
+        smooth,
+        smooth_range,
+        *fields.size.T,
+        shape,
+    )
 
 
 def _seen(fields: _Fields, part: int, bells: Array, weights: Array, whitened: Array) -> Array:
@@ -295,6 +316,27 @@ def _seen(fields: _Fields, part: int, bells: Array, weights: Array, whitened: Ar
         course[mine] = fields.size[mine, part, None] ** 2 * (weights[mine] @ bells[bell])
     course -= (course @ whitened) @ whitened.T / len(whitened)
     return np.asarray(np.sqrt(np.mean(course**2, axis=1)))
+
+
+def _apart(patched: Patched, whitened: Array, extent: float, least: float) -> tuple[float, float]:
+    """Evidence and size, as of a point, of white noise that the means of patches have to themselves.
+
+    So it is where noise is correlated within patches only. The variances of the means and within patches
+    are two numbers for one, which costs half the logarithm of how often the second is seen.
+    """
+    n, dof = whitened.shape
+    if not patched.spare or not patched.scatter:
+        return -np.inf, 0.0
+    root = np.sqrt(patched.count)
+    columns, target = root[:, None] * whitened, root * patched.mean
+    rest = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
+    variance = max(float(rest @ rest) / (n - dof), least**2)
+    occam = np.linalg.slogdet(np.eye(dof) + (PRIOR * extent) ** 2 / variance * (columns.T @ columns))[1]
+    means = -0.5 * (
+        (n - dof) * np.log(2.0 * np.pi * np.e * variance) + dof * np.log(2.0 * np.pi * variance) + occam
+    )
+    within = -0.5 * patched.spare * np.log(2.0 * np.pi * np.e * max(patched.scatter, least) ** 2)
+    return float(means + within + np.log(root).sum() - 0.5 * np.log(patched.spare)), float(np.sqrt(variance))
 
 
 def _unexplained(patched: Patched, dof: int, found: float, extent: float) -> float | None:

@@ -6,6 +6,7 @@ from typing import Self
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
+from fitting.agreement import Agreement
 from fitting.cloud import WORKING_POINTS, Cloud
 from fitting.constraints import Constraints
 from fitting.coordinates import derivative, is_length, names_of, values_of
@@ -37,6 +38,7 @@ class Optimum:
     cost : what it minimises, over working points or the exact ones among them
     inlier : mask of those points that were not rejected
     exact : the points lie on it within their rounding
+    agreement : of the noise of its points, None where it was not looked for
     full : the linearised cost in all directions
     """
 
@@ -46,6 +48,7 @@ class Optimum:
     cost: Cost
     inlier: np.ndarray
     exact: bool
+    agreement: Agreement | None
     full: Linear
 
     @classmethod
@@ -70,7 +73,8 @@ class Optimum:
         n = len(cloud.points)
         copies = n / len(cloud.working) if n > WORKING_POINTS and not exact else 1.0
         linear = Linear.of(primitive, cost, distance, jacobian, copies)
-        return cls(primitive, cloud, limits, cost, inlier, exact, linear)
+        agreement = None if exact else _agreement(evidence, cloud)
+        return cls(primitive, cloud, limits, cost, inlier, exact, agreement, linear)
 
     @property
     def small(self) -> bool:
@@ -96,7 +100,7 @@ class Optimum:
         if self.exact:
             return linear.known(ROUNDING_NOISE * self.cloud.tolerance)
         few = len(self.cost.points) < UNEVEN
-        return linear.equal() if few else linear.uneven(self.cloud.sample)
+        return linear.equal() if few else linear.uneven(self.agreement)
 
     def released(self, name: str) -> StepCovariance | None:
         """The same if the number of this name were free."""
@@ -104,9 +108,7 @@ class Optimum:
 
     def quantile(self, steps: StepCovariance) -> float:
         """Half of a 95 % interval in standard deviations: Student's t, as the noise is estimated."""
-        return float(
-            ndtri(UPPER) if self.exact else stdtrit(max(steps.effective_points - self.dof, 1.0), UPPER)
-        )
+        return float(ndtri(UPPER) if self.exact else stdtrit(max(steps.estimates - self.dof, 1.0), UPPER))
 
     @property
     def units(self) -> Array:
@@ -132,6 +134,15 @@ class Optimum:
         if limits is None:
             return self.full
         return self.full.within(limits.free_steps(self.primitive.row(), self.primitive.dof))
+
+
+def _agreement(evidence: Evidence, cloud: Cloud) -> Agreement | None:
+    """Of the distances of the inliers; their variance is that of normal noise."""
+    if evidence.explained is None:
+        return None
+    left = evidence.distance[evidence.inlier]
+    variance = float(left @ left) / max(len(left) - evidence.free, 1)
+    return Agreement.of(evidence.explained, cloud.patch, evidence.inlier, cloud.extent, variance)
 
 
 def _kernel(criterion: str, residual: Array, cloud: Cloud) -> tuple[Kernel, float]:
