@@ -10,7 +10,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "pipeline.md"
-FILES = tuple(f"fitting/{name}.py" for name in ("noise", "patches", "fields", "agreement", "evidence", "verdict"))
+FILES = tuple(
+    f"fitting/{name}.py" for name in ("noise", "patches", "fields", "agreement", "evidence", "verdict")
+)
 """The noise model and the verdict, in the order of the page."""
 
 BEGIN, END = "<!-- constants: made by `make constants` -->\n", "<!-- end of constants -->\n"

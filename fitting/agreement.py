@@ -72,17 +72,20 @@ class Agreement:
     def meat(self, rows: Array, feet: Array) -> Array:
         """What pairs of the points add to the covariance of the sum of the rows (M, k)."""
         _, place = np.unique(self.patch[self.seen], return_inverse=True)
-        columns = np.column_stack([rows[self.seen], feet[self.seen]])
-        sums = np.stack([np.bincount(place, column) for column in columns.T], axis=1)
-        middle = sums[:, -3:] / np.bincount(place)[:, None]
+        total = _sums(place, rows[self.seen])
+        middle = _sums(place, feet[self.seen]) / np.bincount(place)[:, None]
         apart = np.sqrt(np.sum((middle[:, None] - middle) ** 2, axis=2))
         covariance = np.zeros_like(apart)
         for span, variance in self.rough.items():
             covariance += variance * np.exp(-apart / span)
         for span, variance in self.smooth.items():
             covariance += variance * np.exp(-0.5 * (apart / span) ** 2)
-        total = sums[:, :-3]
         return np.asarray(total.T @ covariance @ total)
+
+
+def _sums(place: np.ndarray, rows: Array) -> Array:
+    """Of the rows (M, k) at the same place."""
+    return np.stack([np.bincount(place, column) for column in rows.T], axis=1)
 
 
 def _weights(found: Explanations) -> Array:

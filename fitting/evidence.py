@@ -26,7 +26,8 @@ EXACT_REACH = 0.01
 """Beside exact points no other is an outlier up to this share of the extent: it is a deformation."""
 
 FAR = 0.05
-"""Beside exact points others may be a surface of their own from this share of the extent on."""
+"""Beside exact points others may be a surface of their own from this share of the extent on: nearer ones are
+about its edges, where neighbours are on both."""
 
 FLAT = 0.4
 """A rejected point lies on a surface where it and its neighbours scatter about their plane by less than this

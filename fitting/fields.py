@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from fitting import _descent
 from fitting.geometry import TINY, Array
 
-RATIO = 3.0
+RATIO = float(np.sqrt(10.0))
 """Sizes and ranges of the fields are looked at so many times as large as each other: half a decade."""
 
 ROUGH = (1 / RATIO, 1.0, RATIO)
@@ -291,7 +291,7 @@ def _weighed(
     evidence = -0.5 * (free * np.log(2.0 * np.pi * variance) + left / variance + occam)
     weights = (solved[:, :, :1] - solved[:, :, 1:] @ step)[:, :, 0]
     rough, smooth = (_seen(fields, part, bells, weights, whitened) for part in (0, 1))
-    rough_range, smooth_range = fields.range.T
+    (rough_range, smooth_range), (rough_size, smooth_size) = fields.range.T, fields.size.T
     return _Weighed(
         evidence - root,
         np.asarray(np.sqrt(variance)),
@@ -299,7 +299,8 @@ def _weighed(
         rough_range,
         smooth,
         smooth_range,
-        *fields.size.T,
+        rough_size,
+        smooth_size,
         shape,
     )
 

@@ -27,6 +27,9 @@ AROUND = 3.0
 CORE = 3.0
 """Distances beyond so many scales have no weight in the scale."""
 
+SCALE_AT_REST = ULPS * float(np.finfo(np.float64).eps)
+"""Relative change of a scale that ends its rounds."""
+
 ROUNDING_NOISE = 0.3
 """Standard deviation of a rounded coordinate, in steps: 1 / sqrt 12."""
 
@@ -100,8 +103,7 @@ def core_scale(distance: Array) -> float:
     until the scale rests, corrected to be consistent for a normal distribution. It changes smoothly with the
     distances, so what is fitted at this scale does not depend on the way there.
     """
-    at_rest = ULPS * float(np.finfo(np.float64).eps)
-    return _descent.core_scale(np.ascontiguousarray(distance), CORE, CORE_DEVIATION, at_rest)
+    return _descent.core_scale(np.ascontiguousarray(distance), CORE, CORE_DEVIATION, SCALE_AT_REST)
 
 
 def exact_points(distance: Array, tolerance: float, dof: int) -> np.ndarray:

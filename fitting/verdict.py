@@ -29,14 +29,9 @@ SCATTER = 0.04
 NEAR = 0.35
 """Share of the points that must be near a surface, beside the ones that its parameters may choose."""
 
-SECOND = 0.22
-"""Share of the points that may be rejected and lie on a surface of their own: more is a second segment."""
-
-MANY_REJECTED, FLAT_REJECTED = 0.3, 0.12
-"""Where more than this share of the points is rejected, more than that share of those must not be on one."""
-
-EXACT = 0.25
-"""An exact subset of this share is no accident of sampling (two generatrices reach 0.22)."""
+PART = 0.22
+"""Share of the points beyond which a subset is no accident: exact ones are the surface (two generatrices of a
+cylinder or cone in a regular grid reach it), rejected ones on a surface of their own are a second segment."""
 
 EQUAL_SHARES = 0.1
 """Exact shares that differ by less than this, relatively, are equal."""
@@ -110,8 +105,7 @@ def prior_of(probability: float | None) -> float:
 def bearable(explained: Explanations, evidence: Evidence, extent: float, tolerance: float) -> np.ndarray:
     """Mask (T,) of explanations by which the cloud is of this kind, and no other shape.
 
-    Within patches rough noise may be hidden, too, of the size of the white one. A surface that has few points
-    to hug must scatter less, by four times its parameters.
+    Within patches rough noise may be hidden, too, of the size of the white one.
     """
     form = max(FORM * extent, tolerance)
     seen = explained.smooth <= np.maximum(explained.white, form)
@@ -137,7 +131,7 @@ def claim(
     refusal = _too_few(evidence, len(cloud.working), question.only)
     if not refusal and (refusal := _several(evidence, len(cloud.working))):
         foreign = max(foreign, odds)
-    settled = evidence.exact_share >= EXACT and not evidence.on_curves
+    settled = evidence.exact_share > PART and not evidence.on_curves
     found = Claim(evidence, prior, refusal, settled, odds, foreign, _words(evidence, cloud))
     if question.max_error is not None:
         mean = mean_error if question.counts_all else evidence.mean_inlier_distance / cloud.diagonal
@@ -184,14 +178,10 @@ def _several(evidence: Evidence, n_points: int) -> str:
     share, least = evidence.inlier_share, min(NEAR + evidence.free / n_points, 1.0)
     if share < least:
         return f"only {share:.0%} of the points are near it (at least {least:.0%})"
-    second, rejected = evidence.second_surface, 1.0 - share
-    if second > SECOND:
+    second = evidence.second_surface
+    if second > PART:
         far = f"{second:.0%} of the points are far from it and form a surface of their own"
-        return f"{far} (at most {SECOND:.0%})"
-    if rejected > MANY_REJECTED and second > FLAT_REJECTED * rejected:
-        flat = second / rejected
-        far = f"{rejected:.0%} of the points are far from it"
-        return f"{far}, of which {flat:.0%} form a surface of their own"
+        return f"{far} (at most {PART:.0%})"
     return ""
 
 
