@@ -85,7 +85,10 @@ class Agreement:
 
 def _sums(place: np.ndarray, rows: Array) -> Array:
     """Of the rows (M, k) at the same place."""
-    return np.stack([np.bincount(place, column) for column in rows.T], axis=1)
+    sums = np.zeros((int(place.max()) + 1, rows.shape[1]))
+    for sum_, column in zip(sums.T, rows.T, strict=True):
+        sum_[:] = np.bincount(place, column)
+    return sums
 
 
 def _weights(found: Explanations) -> Array:

@@ -105,12 +105,13 @@ def prior_of(probability: float | None) -> float:
 def bearable(explained: Explanations, evidence: Evidence, extent: float, tolerance: float) -> np.ndarray:
     """Mask (T,) of explanations by which the cloud is of this kind, and no other shape.
 
-    Within patches rough noise may be hidden, too, of the size of the white one.
+    Within patches rough noise may be hidden, too, of the size of the white one. A surface that has few points
+    to hug must scatter less, by twice its parameters, down to half as much.
     """
     form = max(FORM * extent, tolerance)
     seen = explained.smooth <= np.maximum(explained.white, form)
     hidden = explained.hidden <= np.maximum(2.0 * explained.white, form)
-    most = SCATTER * extent
+    most = SCATTER * extent * max(1.0 - 2.0 * evidence.free / len(evidence.distance), 0.5)
     return np.asarray(seen & hidden & (evidence.noise_scale <= most))
 
 
@@ -306,14 +307,15 @@ def may_overtake(
 ) -> bool:
     """Whether an untried kind might be as likely as the best claim, if it left over nothing but white noise.
 
-    Each parameter costs what it costs the best kind. A simpler kind must also come near the best surface, or
+    Each parameter costs what it costs the best kind. What must be overtaken is another shape near the best
+    kind where that is likelier. A simpler kind must also come near the best surface, or
     its deviation would be that of another shape: `apart` tells how far its nearest surface is from it.
     """
     if best.settled:
         return False
     if best.evidence.on_curves:
         return True
-    known = prior_of(probability) - best.prior
+    known = prior_of(probability) - (best.prior if best.odds >= best.foreign else prior_of(0.0))
     if best.evidence.exact.any():
         return known > -DECIDED
     explained, more = best.evidence.explained, PRIMITIVES[kind].dof - best.dof
