@@ -307,9 +307,10 @@ def may_overtake(
 ) -> bool:
     """Whether an untried kind might be as likely as the best claim, if it left over nothing but white noise.
 
-    Each parameter costs what it costs the best kind. What must be overtaken is another shape near the best
-    kind where that is likelier. A simpler kind must also come near the best surface, or
-    its deviation would be that of another shape: `apart` tells how far its nearest surface is from it.
+    Each parameter costs what it costs the best kind; a kind may always be as good as the best one, as the
+    points might lie on it exactly. What must be overtaken is another shape near the best kind where that is
+    likelier. A simpler kind must also come near the best surface, or its deviation would be that of another
+    shape: `apart` tells how far its nearest surface is from it.
     """
     if best.settled:
         return False
@@ -323,7 +324,7 @@ def may_overtake(
     if explained is not None and explained.unexplained is not None:
         spread = PRIOR * cloud.extent * np.sqrt(np.count_nonzero(best.evidence.inlier))
         cost = float(np.log(np.hypot(1.0, spread / explained.white[explained.likeliest])))
-        if explained.unexplained - more * cost + known <= -DECIDED:
+        if max(explained.unexplained - more * cost, 0.0) + known <= -DECIDED:
             return False
     return more >= 0 or apart(kind) <= 2.0 * limit
 
