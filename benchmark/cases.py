@@ -14,12 +14,15 @@ from typing import TypeVar
 import numpy as np
 
 from benchmark import bows, cone_arcs, prisms
+from benchmark.measures import diagonal
+from benchmark.nearest import off_every_kind
 from benchmark.pieces import GAINS, NOISE_LAWS, PAIRS, pair_cloud, round_cloud
 from fitting.geometry import Array
 from fitting.primitives import KINDS, Primitive
 from synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
 from synthetic.bows import DEVIATIONS, DEVIATIONS_OF
 from synthetic.clouds import MOVES
+from synthetic.foreign import cloud_and_shape
 from synthetic.noise import rounded
 from synthetic.perturb import random_subset, uniform_noise
 from synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES, Range
@@ -277,11 +280,6 @@ def coordinates(seed: int, index: int) -> Case:
     return case(index, moved, {"coordinates": level, "family": family})
 
 
-def foreign(seed: int, index: int) -> Case:
-    drawn = cloud(ForeignRecipe(seed), index)
-    return case(index, drawn, {"shape": drawn.kind})
-
-
 # -- pieces whose noise is known ----------------------------------------------------------------------------
 
 AMBIGUOUS, CLEAR = GAINS
@@ -350,7 +348,8 @@ def cone_arc(seed: int, index: int) -> Case:
 PIPE = "pipe"
 ONE_PIPE_IN = 4
 DEVIATIONS_SEEN: Buckets = ((1.0, "under 1"), (3.0, "1 to 3"), (np.inf, "over 3"))
-"""Of a section from the nearest circle or line, in noise scales (root mean square)."""
+"""Of a section from the nearest circle or line, of a foreign shape from the nearest primitive, in noise scales
+(root mean square)."""
 FAR_OFF = DEVIATIONS_SEEN[-1][1]
 
 
@@ -364,6 +363,18 @@ def sections(seed: int, index: int) -> Case:
     sort = sorts[(rounds * (ONE_PIPE_IN - 1) + place) % len(sorts)]
     drawn, deviation = prisms.section_cloud(rng, sort)
     return case(index, drawn, {"deviation": bucket(DEVIATIONS_SEEN, deviation), "section": sort})
+
+
+BOW = 0.002
+"""Share of the extent by which sensors and parts bow without being another shape: 0.2 mm on a hand's breadth,
+flatness K of ISO 2768-2."""
+
+
+def foreign(seed: int, index: int) -> Case:
+    drawn, shape = cloud_and_shape(ForeignRecipe(seed), index)
+    assert drawn.noise is not None and drawn.extent is not None
+    deviation = off_every_kind(shape) / diagonal(shape) / max(drawn.noise / drawn.extent, BOW)
+    return case(index, drawn, {"deviation": bucket(DEVIATIONS_SEEN, deviation), "shape": drawn.kind})
 
 
 # -- all ----------------------------------------------------------------------------------------------------
@@ -609,7 +620,7 @@ CASE_SETS: dict[str, CaseSet] = {
             "points from one to three stations, noise of 0.01 to 1 % of the extent (both log-uniform), in "
             "half of the clouds up to 10 % gross outliers. The right answer is `no_fit`; methods that are "
             "given the kind are not asked.",
-            {"shape": SHAPES},
+            {"deviation": _names(DEVIATIONS_SEEN), "shape": SHAPES},
         ),
         60,
         300,

@@ -2,7 +2,8 @@
 
 Each shape gives points with normals, at most as many as asked for and uniform in area; a few stations see the
 points that face them, more of those that face them squarely. (One part of a shape never hides another.)
-Pose, unit, outliers and rounding are those of the scanner's clouds.
+Shapes of several surfaces show a second one with as many points as no neighbour in a scan has. Pose, unit,
+outliers and rounding are those of the scanner's clouds.
 """
 
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from synthetic.clouds import SyntheticCloud
 from synthetic.noise import sigma_weights
 from synthetic.recipes import ForeignRecipe, Range, ScannerRecipe
 from synthetic.scanner import (
+    MOST_DOMINANT_NEIGHBOUR,
     STANDOFF,
     STEEPEST,
     Sight,
@@ -33,6 +35,11 @@ Surface = tuple[Array, Array]
 STATIONS = 3
 TOLERABLE = 0.01
 """The largest noise and the coarsest rounding, as a share of the extent."""
+LARGEST_PART = 1.0 - MOST_DOMINANT_NEIGHBOUR
+"""Most points on one surface of a shape of several: beside more, the others could be a scan's neighbours."""
+TRIES = 50
+"""Views of a shape at most, until one shows enough of a second surface: of corners all do, of capped cylinders
+93 in 100."""
 SECOND_SIZE = Range(0.4, 1.0)
 SECOND_SHARE = Range(0.3, 0.7)
 """Of two primitives: extent of the second over that of the first, and its share of the points."""
@@ -138,6 +145,19 @@ class Seen:
 
 
 def seen(rng: Generator, shape: str, count: int) -> Seen:
+    """`count` points of a shape that face one of a few stations, at most `LARGEST_PART` of several on one."""
+    for _ in range(TRIES):
+        view = looked_at(rng, shape, count)
+        if shape not in PARTS or largest_share(PARTS[shape](view.points)) <= LARGEST_PART:
+            return view
+    raise RuntimeError(f"no {shape} showed a second surface")
+
+
+def largest_share(part: NDArray[np.intp]) -> float:
+    return float(np.unique(part, return_counts=True)[1].max() / len(part))
+
+
+def looked_at(rng: Generator, shape: str, count: int) -> Seen:
     """`count` points of a shape that face one of a few stations."""
     for drawn in count * 12 * 4 ** np.arange(6) + 400:
         view = facing(rng, *SURFACES[shape](rng, int(drawn)), FRONTS.get(shape, 0.0 * ONES))
@@ -215,8 +235,28 @@ SURFACES: dict[str, Callable[[Generator, int], Surface]] = {
 }
 
 
+def face_of(points: Array) -> NDArray[np.intp]:
+    """Of a corner."""
+    return np.argmin(np.abs(points), axis=1)
+
+
+def side_or_cap(points: Array) -> NDArray[np.intp]:
+    """Of a capped cylinder: 0 on its side, -1 and 1 on its ends."""
+    on_side = np.isclose(np.hypot(points[:, 0], points[:, 1]), 1.0, rtol=0.0, atol=1e-12)
+    return np.where(on_side, 0, np.sign(points[:, 2]).astype(np.intp))
+
+
+PARTS: dict[str, Callable[[Array], NDArray[np.intp]]] = {"corner": face_of, "capped_cylinder": side_or_cap}
+"""Of shapes of several surfaces: the number of the one that each point is on."""
+
+
 def foreign_cloud(recipe: ForeignRecipe, index: int) -> SyntheticCloud:
     """Cloud `index` of a recipe, whatever was drawn before it; its primitive is None."""
+    return cloud_and_shape(recipe, index)[0]
+
+
+def cloud_and_shape(recipe: ForeignRecipe, index: int) -> tuple[SyntheticCloud, Array]:
+    """The same, and the points of the shape that it is made of, without noise, in a unit of their own."""
     rng = np.random.default_rng([recipe.seed, index, 2])
     shape = recipe.shapes[index % len(recipe.shapes)]
     count, strays = counts(rng, recipe)
@@ -235,4 +275,4 @@ def foreign_cloud(recipe: ForeignRecipe, index: int) -> SyntheticCloud:
         extent,
         TOLERABLE * extent,
     )
-    return deliver(rng, recipe.size, sight, strays, family="foreign")
+    return deliver(rng, recipe.size, sight, strays, family="foreign"), view.points
