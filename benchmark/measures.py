@@ -35,17 +35,13 @@ REFERENCE_STEPS = 500
 TURN = 2 * np.pi
 
 
-RIGHT_STATUS = {"foreign": "no_fit", "ambiguous": "ambiguous"}
-"""Of clouds of which no kind is right."""
-
-
 def is_right(status: str, found: Primitive | None, kind: str) -> bool:
-    """Whether the kind is the true one; of other clouds, whether the status is theirs in `RIGHT_STATUS`.
+    """Whether the kind is the true one; of a foreign shape, whether the status is `no_fit`.
 
-    `ambiguous` and `no_fit` of a primitive that can be told count as wrong.
+    `ambiguous` and `no_fit` of a primitive count as wrong.
     """
-    if kind in RIGHT_STATUS:
-        return status == RIGHT_STATUS[kind]
+    if kind == "foreign":
+        return status == "no_fit"
     return status == "fitted" and found is not None and found.kind == kind
 
 

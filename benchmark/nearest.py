@@ -5,7 +5,7 @@ import numpy as np
 from fitting.cloud import Cloud
 from fitting.geometry import Array
 from fitting.primitives import KINDS
-from fitting.search import fit_kind
+from fitting.search import Fit, fit_kind
 
 ENOUGH = 500
 """Points that a deviation is computed from: two digits."""
@@ -18,5 +18,6 @@ def off_every_kind(points: Array) -> float:
     """
     cloud = Cloud.prepare(points[:: -(-len(points) // ENOUGH)], None, np.random.default_rng(0))
     fits = [fit_kind(kind, cloud, "least_squares", np.random.default_rng(0)) for kind in KINDS]
-    squares = [np.mean(fit.primitive.signed_distance(cloud.working) ** 2) for fit in fits if fit]
+    found = [fit.primitive for fit in fits if isinstance(fit, Fit)]
+    squares = [np.mean(primitive.signed_distance(cloud.working) ** 2) for primitive in found]
     return cloud.frame.scale * float(np.sqrt(min(squares)))

@@ -19,7 +19,7 @@ from synthetic.recipes import Range
 from synthetic.scanner import log_uniform, random_rotation
 
 ORIGIN = np.zeros(3)
-X_AXIS = np.array([1.0, 0.0, 0.0])
+X_AXIS, Y_AXIS = np.eye(3)[:2]
 
 GAINS = {"indistinguishable": 0.1, "clearly distinguishable": 500.0}
 """What the truth gains on the other surface of its pair in log-likelihood, on the average.
@@ -28,22 +28,35 @@ A gain of 0.1 is a difference of 0.45 standard errors: a test at 5 % that knows 
 finds it in one cloud of fourteen. At 500 it is 32 of them, and what nests the one kind in the other is known
 to a sixteenth of its value.
 """
+INDISTINGUISHABLE, CLEAR = GAINS
 PAIR_POINTS = Range(30.0, 60.0)
 PAIR_NOISE = Range(0.01, 0.02)
 """Of indistinguishable pairs, in extents; pieces that would need more or less are drawn again."""
+BOW = 0.002
+"""Share of the extent by which sensors and parts bow without being another shape: 0.2 mm on a hand's breadth,
+flatness K of ISO 2768-2."""
+CLEARLY_APART = 3.0 * BOW
+"""Root mean square distance of the surfaces of a clear pair, in extents, at least: no bow passes for it."""
+LARGEST_RADIUS = 5.0
+"""Of any surface of a pair, in extents: there an arc has a sagitta of a fortieth. Who cuts a scan into pieces
+leaves one that shows what it is a piece of, and that of a larger sphere is a plane to everybody."""
+
+STRIP, HALF_ANGLE, BEND = Range(0.15, 0.8), Range(0.5, 8.0), Range(2.0, 12.0)
+"""Width of a strip over its radius, degrees of a cone, R / r of a bent tube; log-uniform. One end makes pairs
+that nobody can tell, the other clear ones; pieces between are drawn again."""
 
 Layout = tuple[Primitive, Array, Primitive]
 """The simpler surface, points (N, 3) on it, and the other surface, which nearly holds them."""
 
 
 def plane_or_sphere(rng: Generator, count: int) -> Layout:
-    """A square, or one of a radius of 10 to 20 extents."""
-    radius = np.sqrt(2.0) * rng.uniform(10.0, 20.0)
+    """A square, or one of a radius of 1 to 5 extents."""
+    radius = np.sqrt(2.0) * rng.uniform(1.0, 4.5)
     return Plane(Z_AXIS, ORIGIN), _square(rng, count), Sphere(-radius * Z_AXIS, radius)
 
 
 def plane_or_cylinder(rng: Generator, count: int) -> Layout:
-    radius = np.sqrt(2.0) * rng.uniform(10.0, 20.0)
+    radius = np.sqrt(2.0) * rng.uniform(1.0, 4.5)
     return Plane(Z_AXIS, ORIGIN), _square(rng, count), Cylinder(X_AXIS, -radius * Z_AXIS, radius)
 
 
@@ -52,33 +65,35 @@ def _square(rng: Generator, count: int) -> Array:
 
 
 def sphere_or_cylinder(rng: Generator, count: int) -> Layout:
-    """A strip of 60 to 90 degrees, a tenth to a quarter of the radius wide."""
-    sphere, half, width = Sphere(ORIGIN, 1.0), np.radians(rng.uniform(30.0, 45.0)), rng.uniform(0.1, 0.25)
-    points = sphere.surface(
-        rng.uniform(-half, half, count), np.pi / 2 + rng.uniform(-0.5, 0.5, count) * width
-    )
-    return sphere, points, Cylinder(Z_AXIS, ORIGIN, 1.0)
+    """A strip along an equator, or around a cylinder."""
+    return Sphere(ORIGIN, 1.0), _strip(rng, count), Cylinder(Z_AXIS, ORIGIN, 1.0)
 
 
 def sphere_or_torus(rng: Generator, count: int) -> Layout:
-    """A cap of 40 to 60 degrees, on the outer side of a torus with R = r / 50 to r / 6."""
-    cap = cap_points(rng, np.radians(rng.uniform(40.0, 60.0)), count) @ np.roll(np.eye(3), 1, axis=0)
-    major = rng.uniform(0.02, 0.16)
-    return Sphere(ORIGIN, 1.0), cap, Torus(-major * X_AXIS, Z_AXIS, major, 1.0)
+    """A strip along an equator, or around the tube of a torus with R = r to 3 r, on its outer side."""
+    major = rng.uniform(1.0, 3.0)
+    return Sphere(ORIGIN, 1.0), _strip(rng, count), Torus(-major * X_AXIS, Y_AXIS, major, 1.0)
+
+
+def _strip(rng: Generator, count: int) -> Array:
+    """Of the unit sphere, 60 to 90 degrees long and 0.15 to 0.8 wide."""
+    half, width = np.radians(rng.uniform(30.0, 45.0)), log_uniform(rng, STRIP)
+    azimuth, away = rng.uniform(-half, half, count), rng.uniform(-0.5, 0.5, count) * width
+    return Sphere(ORIGIN, 1.0).surface(azimuth, np.pi / 2 + away)
 
 
 def cylinder_or_cone(rng: Generator, count: int) -> Layout:
-    """A half to a whole turn, one to two radii long, or a cone of 0.5 to 1.2 degrees."""
+    """A half to a whole turn, one to two radii long, or a cone of 0.5 to 8 degrees."""
     cylinder, points = _tube(rng, count)
-    angle = np.radians(rng.uniform(0.5, 1.2))
+    angle = np.radians(log_uniform(rng, HALF_ANGLE))
     return cylinder, points, Cone(-Z_AXIS / np.tan(angle), Z_AXIS, angle)
 
 
 def cylinder_or_torus(rng: Generator, count: int) -> Layout:
-    """The same, or a torus with R = 8 r to 20 r that bends it."""
+    """The same, or a torus with R = 2 r to 12 r that bends it."""
     cylinder, points = _tube(rng, count)
-    major = rng.uniform(8.0, 20.0)
-    return cylinder, points, Torus(-major * X_AXIS, np.cross(Z_AXIS, X_AXIS), major, 1.0)
+    major = log_uniform(rng, BEND)
+    return cylinder, points, Torus(-major * X_AXIS, Y_AXIS, major, 1.0)
 
 
 def _tube(rng: Generator, count: int) -> tuple[Cylinder, Array]:
@@ -105,10 +120,15 @@ PAIRS: dict[str, Callable[[Generator, int], Layout]] = {
     "cylinder or torus": cylinder_or_torus,
 }
 """By name: the simpler kind, then the other."""
+PAIRS_OF = {
+    INDISTINGUISHABLE: tuple(pair for pair in PAIRS if not pair.startswith("plane")),
+    CLEAR: tuple(PAIRS),
+}
+"""Of each level. What hardly differs from a plane has a radius far beyond `LARGEST_RADIUS`."""
 
 
-def draw_pair(rng: Generator, name: str) -> tuple[Primitive, Primitive, Array, float]:
-    """The two surfaces of a pair, points (N, 3) on the second, and the noise under which the gain is 1.
+def draw_pair(rng: Generator, name: str, level: str) -> tuple[Primitive, Primitive, Array, float]:
+    """The two surfaces of a pair, points (N, 3) on the second, and the noise under which it gains as asked.
 
     The simpler surface is the one that least squares fits to the points of the other.
     """
@@ -116,22 +136,32 @@ def draw_pair(rng: Generator, name: str) -> tuple[Primitive, Primitive, Array, f
         count = round(log_uniform(rng, PAIR_POINTS))
         start, points, other = PAIRS[name](rng, count)
         points = feet(other, points)
-        simpler = refine(start, points).primitive
-        noise = float(np.sqrt(np.sum(simpler.signed_distance(points) ** 2) / 2.0))
-        share = noise_of_gain(noise, GAINS["indistinguishable"]) / diagonal(points)
-        if PAIR_NOISE.low <= share <= PAIR_NOISE.high:
+        simpler, extent = refine(start, points).primitive, diagonal(points)
+        apart = float(np.sqrt(np.mean(simpler.signed_distance(points) ** 2)))
+        noise = apart * float(np.sqrt(count / (2.0 * GAINS[level])))
+        hidden = PAIR_NOISE.low <= noise / extent <= PAIR_NOISE.high
+        as_asked = hidden if level == INDISTINGUISHABLE else apart >= CLEARLY_APART * extent
+        if as_asked and largest_radius(other) <= LARGEST_RADIUS * extent:
             return simpler, other, points, noise
 
 
-def noise_of_gain(noise_of_1: float, gain: float) -> float:
-    return noise_of_1 / float(np.sqrt(gain))
+def largest_radius(surface: Primitive) -> float:
+    """Of a cone, whose radius is whatever its length makes it, 0."""
+    match surface:
+        case Sphere(radius=radius) | Cylinder(radius=radius) | Torus(major_radius=radius):
+            return float(radius)
+    return 0.0
 
 
-def pair_cloud(rng: Generator, name: str, simpler: bool, gain: float) -> SyntheticCloud:
-    """A cloud of the simpler surface of a pair, or of the other, of which the truth gains so much."""
-    *surfaces, points, noise = draw_pair(rng, name)
-    truth = surfaces[0 if simpler else 1]
-    return noisy(rng, truth, feet(truth, points), noise_of_gain(noise, gain), "along the normal")
+def pair_cloud(rng: Generator, name: str, simpler: bool, level: str) -> SyntheticCloud:
+    """A cloud of the simpler surface of a pair, or of the other.
+
+    Its truth is that surface; of a pair that nobody can tell it is the simpler one, whichever was drawn.
+    """
+    *surfaces, points, noise = draw_pair(rng, name, level)
+    drawn = surfaces[0 if simpler else 1]
+    told = surfaces[0] if level == INDISTINGUISHABLE else drawn
+    return noisy(rng, drawn, feet(drawn, points), noise, "along the normal", told)
 
 
 # -- spheres and cylinders, for the bias of their radius ----------------------------------------------------
@@ -161,13 +191,18 @@ def feet(surface: Primitive, points: Array) -> Array:
     return points - surface.signed_distance(points)[:, None] * surface.gradient(points)
 
 
-def noisy(rng: Generator, truth: Primitive, points: Array, noise: float, law: str) -> SyntheticCloud:
-    """Points (N, 3) of the surface with normal noise, turned and moved by up to three extents."""
-    extent = diagonal(points)
+def noisy(
+    rng: Generator, surface: Primitive, points: Array, noise: float, law: str, truth: Primitive | None = None
+) -> SyntheticCloud:
+    """Points (N, 3) of a surface with normal noise, turned and moved by up to three extents.
+
+    The truth is the surface, unless another one is given.
+    """
+    extent, truth = diagonal(points), truth or surface
     if law == "isotropic":
         points = points + noise * rng.standard_normal(points.shape)
     else:
-        points = points + noise * rng.standard_normal((len(points), 1)) * truth.gradient(points)
+        points = points + noise * rng.standard_normal((len(points), 1)) * surface.gradient(points)
     rotation, shift = random_rotation(rng), extent * rng.uniform(-3.0, 3.0, 3)
     return SyntheticCloud(
         points @ rotation.T + shift,

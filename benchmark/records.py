@@ -67,7 +67,7 @@ class Record:
     Attributes
     ----------
     set, seed, case, method : what identifies it
-    kind : the true one, or "foreign" or "ambiguous"
+    kind : the true one, or "foreign"
     truth, answer : parameters, or None
     groups : of the case
     points, extent, cloud : number of points, diagonal of those of the surface, start of the SHA-256 of all of

@@ -39,6 +39,11 @@ def among(record: Record) -> bool:
     return record.right or (record.status == "ambiguous" and record.kind in named(record))
 
 
+def is_first(record: Record) -> bool:
+    """Whether the true kind is answered, alone or as the first of several."""
+    return named(record)[:1] == (record.kind,)
+
+
 def named(record: Record) -> tuple[str, ...]:
     """The kinds that an answer names, the likeliest first; none of `no_fit` and of no answer."""
     if record.answer is None or record.status not in ("fitted", "ambiguous"):

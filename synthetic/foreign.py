@@ -38,8 +38,8 @@ TOLERABLE = 0.01
 LARGEST_PART = 1.0 - MOST_DOMINANT_NEIGHBOUR
 """Most points on one surface of a shape of several: beside more, the others could be a scan's neighbours."""
 TRIES = 50
-"""Views of a shape at most, until one shows enough of a second surface: of corners all do, of capped cylinders
-93 in 100."""
+"""Views of a shape at most, until one shows enough of a second surface: all of a corner do, of a capped
+cylinder 93 in 100."""
 SECOND_SIZE = Range(0.4, 1.0)
 SECOND_SHARE = Range(0.3, 0.7)
 """Of two primitives: extent of the second over that of the first, and its share of the points."""

@@ -15,7 +15,7 @@ from benchmark.report.bar import (
 )
 from benchmark.report.markdown import NOTHING, percent
 from benchmark.report.scans import SENSOR
-from benchmark.scores import among, named, share
+from benchmark.scores import among, is_first, named, share
 from fitting.primitives import KINDS
 
 SEGMENTS = 36
@@ -55,10 +55,6 @@ def is_cautious(record: Record) -> bool:
 
 def is_cylinder_alone(record: Record) -> bool:
     return record.status == "fitted" and named(record) == ("cylinder",)
-
-
-def is_cone_first(record: Record) -> bool:
-    return named(record)[:1] == ("cone",)
 
 
 def each_kind(least: float) -> Measure:
@@ -149,7 +145,7 @@ SHAPE_BARS: tuple[Bar, ...] = (
         "short arcs of cones",
         "`cone`, alone or first of several, on at least 80 %",
         ("cone-arcs",),
-        at_least(0.8, is_cone_first),
+        at_least(0.8, is_first),
         (("shape", "cone", True),),
     ),
     Bar(
@@ -179,6 +175,20 @@ SHAPE_BARS: tuple[Bar, ...] = (
         ("sections",),
         at_least(0.99, is_right),
         (("deviation", PIPE, True),),
+    ),
+    Bar(
+        "foreign shapes off every kind by 3 noise scales",
+        "`no_fit` on at least 95 %",
+        ("foreign",),
+        at_least(0.95, has_status("no_fit")),
+        (("deviation", FAR_OFF, True),),
+    ),
+    Bar(
+        "foreign shapes off every kind by 1 to 3 noise scales",
+        "`no_fit`, `ambiguous` or the deviation named on at least 95 %",
+        ("foreign",),
+        at_least(0.95, is_cautious),
+        (("deviation", DEVIATIONS_SEEN[1][1], True),),
     ),
 )
 """What is asked of shapes that are nearly a kind, and of kinds that are nearly something else."""

@@ -292,7 +292,7 @@ def _threads(records: Sequence[Record]) -> str:
 MEASURES = f"""## The measures
 
 - **kind right**: the answer is `fitted` and its kind the true one. `ambiguous` and `no_fit` are wrong, but of
-  a shape that is no primitive `no_fit` is right, and of a cloud that nobody can tell `ambiguous`.
+  a shape that is no primitive `no_fit` is right, and of a pair that nobody can tell the simpler kind.
 - **surface error**: the points are carried to the true surface along its normals; the root mean square of
   their distances to the found surface, over the extent. Points that are known to be outliers are left out. It
   compares any two kinds, counts positions, and forgives parameters that the cloud says nothing about.
