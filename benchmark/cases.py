@@ -518,11 +518,11 @@ CASE_SETS: dict[str, CaseSet] = {
             "one of the two, with independent normal noise along the normal. *Indistinguishable*: with so "
             "much noise (1 to 2 % of the extent) that the truth gains only 0.1 in log-likelihood on the "
             "other surface, on the average; whoever knew the noise and both surfaces would be right on 59 %. "
-            "The right answer is the simpler kind, whichever was drawn; an `ambiguous` one that names it first "
-            "is held to be as good by the bar, though not counted as right here. *Clearly distinguishable*: pairs that are over 0.6 % of the extent "
-            "apart (root mean square), three times what sensors and parts bow by, with so little noise that "
-            "the gain is 500. The true kind is right. No surface has a radius of over 5 extents, no torus "
-            "meets itself.",
+            "The right answer is the simpler kind, whichever was drawn; one that is `ambiguous` and names it "
+            "first is as good for the bar, but not counted as right here. *Clearly distinguishable*: pairs "
+            "that are over 0.6 % of the extent apart (root mean square), three times what sensors and parts "
+            "bow by, with so little noise that the gain is 500. The true kind is right. No surface has a "
+            "radius of over 5 extents, no torus meets itself.",
             {"the pair is": tuple(GAINS), "pair": tuple(PAIR_GROUPS)},
         ),
         100,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.cases import AMBIGUOUS, CLEAR
+from benchmark.pieces import CLEAR, INDISTINGUISHABLE
 from benchmark.real import REAL
 from benchmark.report.bars import BARS, held_to, mean_fitting_error, quartile_and_mean
 from benchmark.report.data import Data
@@ -47,15 +47,38 @@ def test_what_was_not_run_is_said():
             10,
             ("40 % gross outliers", "at least 95 % right"),
         ),
-        ("foreign", {}, "no_fit", "plane", 10, ("foreign shapes", "`no_fit` on at least 95 %")),
+        (
+            "foreign",
+            {"deviation": "over 3"},
+            "no_fit",
+            "plane",
+            10,
+            ("foreign shapes off every kind by 3 noise scales", "`no_fit` on at least 95 %"),
+        ),
         ("scanner", {}, "plane", "no_fit", 2, ("benchmark clouds and scans", "`no_fit` on at most 1 %")),
         (
             "ambiguity",
-            {"the pair is": AMBIGUOUS},
-            "ambiguous",
+            {"the pair is": INDISTINGUISHABLE, "pair": "plane or sphere"},
             "plane",
+            "no_fit",
             20,
-            ("indistinguishable pairs", "`ambiguous` on at least 90 %"),
+            ("indistinguishable pairs", "the simpler kind, alone or first of several, on at least 90 %"),
+        ),
+        (
+            "ambiguity",
+            {"the pair is": INDISTINGUISHABLE, "pair": "plane or sphere"},
+            "plane",
+            "sphere",
+            10,
+            ("indistinguishable pairs", "the other kind alone on at most 5 %"),
+        ),
+        (
+            "ambiguity",
+            {"the pair is": CLEAR},
+            "plane",
+            "sphere",
+            4,
+            ("clearly distinguishable pairs", "at least 98 % right"),
         ),
         (
             "ambiguity",
@@ -68,9 +91,7 @@ def test_what_was_not_run_is_said():
     ],
 )
 def test_a_bar_is_met_up_to_its_share_of_200_clouds(set_, groups, good, bad, most_bad, where):
-    kind = {"foreign": "foreign", "ambiguity": "ambiguous"}.get(set_, "plane")
-    if groups.get("the pair is") == CLEAR:
-        kind = "plane"
+    kind = "foreign" if set_ == "foreign" else "plane"
 
     def cells(bad_ones: int) -> list[str]:
         answers = [bad] * bad_ones + [good] * (200 - bad_ones)
@@ -179,7 +200,7 @@ def test_the_bias_of_the_radius_by_hand():
 
 
 def test_what_is_missed_is_said():
-    lines = list(held_to(Data([record("foreign", "plane", set="foreign")], {})))
-    assert "primfit misses 1 of 1: foreign shapes (`no_fit` on at least 95 %)." in lines
-    lines = list(held_to(Data([record("foreign", "no_fit", set="foreign")], {})))
+    lines = list(held_to(Data([record("plane", "sphere", set="scans-2")], {})))
+    assert "primfit misses 1 of 1: scans, noise 2 % (at least 95 % right)." in lines
+    lines = list(held_to(Data([record("plane", "plane", set="scans-2")], {})))
     assert "primfit misses 0 of 1." in lines

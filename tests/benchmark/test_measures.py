@@ -197,9 +197,6 @@ def test_reference_fits_err_as_theory_expects(truth):
         ("ambiguous", Plane(Z, ORIGIN), "foreign", False),
         ("fitted", Plane(Z, ORIGIN), "foreign", False),
         ("crash", None, "foreign", False),
-        ("ambiguous", Plane(Z, ORIGIN), "ambiguous", True),
-        ("fitted", Plane(Z, ORIGIN), "ambiguous", False),
-        ("no_fit", None, "ambiguous", False),
     ],
 )
 def test_what_is_right(status, found, kind, right):

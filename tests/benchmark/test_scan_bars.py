@@ -11,13 +11,13 @@ from benchmark.report.scan_bars import (
     SHAPE_BARS,
     each_kind,
     is_cautious,
-    is_cone_first,
     is_cylinder_alone,
     is_told,
     names_other,
     no_worse_with_more_points,
 )
 from benchmark.report.scans import SENSOR
+from benchmark.scores import is_first
 from tests.benchmark.made import record
 
 
@@ -99,10 +99,8 @@ def test_amplitudes_are_looked_at_apart():
 
 def test_cones_and_cylinders_on_short_arcs():
     cone = {"set": "cone-arcs", "groups": {"shape": "cone"}}
-    assert is_cone_first(record("cone", "cone")) and is_cone_first(several("cone", "cone", "cylinder"))
-    assert not is_cone_first(several("cone", "cylinder", "cone")) and not is_cone_first(
-        record("cone", "no_fit")
-    )
+    assert is_first(record("cone", "cone")) and is_first(several("cone", "cone", "cylinder"))
+    assert not is_first(several("cone", "cylinder", "cone")) and not is_first(record("cone", "no_fit"))
     assert is_cylinder_alone(record("cone", "cylinder"))
     assert not is_cylinder_alone(several("cone", "cylinder", "cone"))
     records = [record("cone", "cylinder", **cone)] + [record("cone", "cone", **cone)] * 19
@@ -114,3 +112,17 @@ def test_bars_are_refused_or_their_deviation_named():
     assert is_cautious(record("foreign", "no_fit")) and is_cautious(record("foreign", "ambiguous"))
     assert is_cautious(record("foreign", "cylinder", note="cylinder: deviates smoothly by 0.3 mm"))
     assert not is_cautious(record("foreign", "cylinder")) and not is_cautious(record("foreign", "failed"))
+
+
+def test_foreign_shapes_are_asked_by_how_far_they_are_off():
+    def foreign(deviation: str, answer: str, note: str = "") -> Record:
+        return record("foreign", answer, set="foreign", groups={"deviation": deviation}, note=note)
+
+    near, far = "foreign shapes off every kind by 1 to 3", "foreign shapes off every kind by 3"
+    named = foreign("1 to 3", "torus", "torus: they deviate smoothly by 0.3 mm")
+    records = [named, foreign("under 1", "plane"), foreign("over 3", "no_fit")]
+    (cautious,) = [bar for bar in SHAPE_BARS if bar.case.startswith(near)]
+    (refused,) = [bar for bar in SHAPE_BARS if bar.case.startswith(far)]
+    assert met(cautious.case, cautious.bar, records) and met(refused.case, refused.bar, records)
+    assert not met(cautious.case, cautious.bar, [named, foreign("1 to 3", "torus")])
+    assert not met(refused.case, refused.bar, [*records, foreign("over 3", "torus", named.note)])

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from synthetic import RECIPES, ForeignRecipe, cloud, clouds
-from synthetic.foreign import SURFACES, seen
+from synthetic.foreign import LARGEST_PART, PARTS, SURFACES, largest_share, seen
 from synthetic.recipes import SHAPES, Range
 
 DEFAULT = RECIPES["foreign"]
@@ -35,6 +35,25 @@ def test_only_what_faces_a_station_is_seen(shape):
     np.testing.assert_allclose(
         view.stations[view.station] + view.distances[:, None] * view.rays, view.points, atol=1e-9
     )
+
+
+@pytest.mark.parametrize("shape", PARTS)
+def test_no_surface_of_several_has_over_three_quarters(shape):
+    for seed in range(40):
+        view = seen(np.random.default_rng(seed), shape, 400)
+        assert largest_share(PARTS[shape](view.points)) <= LARGEST_PART == 0.75
+
+
+def test_the_parts_of_a_shape_are_its_surfaces():
+    """Points of one part have normals of one face, or of the side, or of one end."""
+    points, normals = SURFACES["corner"](np.random.default_rng(0), 500)
+    for face in range(3):
+        assert np.ptp(normals[PARTS["corner"](points) == face], axis=0).max() == 0.0
+    for seed in range(4):
+        points, normals = SURFACES["capped_cylinder"](np.random.default_rng(seed), 500)
+        part = PARTS["capped_cylinder"](points)
+        assert set(part) == {-1, 0, 1} and np.array_equal(part == 0, normals[:, 2] == 0.0)
+        assert np.array_equal(np.sign(normals[:, 2]), part)
 
 
 def test_a_corner_shows_more_than_one_face():
