@@ -1,0 +1,347 @@
+"""The numbers of patches, fields, evidence and verdict: for each, what goes wrong without it.
+
+Those of the noise model stand in test_noise.py.
+"""
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+import pytest
+
+import fitting.cloud
+import fitting.evidence
+import fitting.fields
+import fitting.patches
+import fitting.verdict
+from fitting.config import Config
+from fitting.geometry import Array
+from fitting.patches import patches_of, strips_of
+from fitting.primitives import KINDS, Cone
+from fitting.recognize import recognize
+from fitting.result import Recognition
+
+Patch = pytest.MonkeyPatch
+
+
+class Sure:
+    """A ranking that rules out every kind but one."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def rank(self, points: Array, normals: Array) -> Mapping[str, float]:
+        return {kind: 1.0 - 4e-9 if kind == self.kind else 1e-9 for kind in KINDS}
+
+
+def rng(*seed: int) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def sheet(n: int, noise: float, seed: int, bow: float = 0.0) -> Array:
+    """A square of side 1; a bow is the standard deviation of the dome that it is."""
+    x, y = rng(seed, 0).uniform(-0.5, 0.5, (2, n))
+    dome = x**2 + y**2
+    height = bow * (dome - dome.mean()) / dome.std() + noise * rng(seed, 1).normal(size=n)
+    return np.column_stack([x, y, height])
+
+
+def pipe(n: int, noise: float, seed: int, arc: float = 2.0 * np.pi) -> Array:
+    """Of radius 1 and length 2."""
+    angle = rng(seed, 0).uniform(-arc / 2.0, arc / 2.0, n)
+    radius = 1.0 + noise * rng(seed, 1).normal(size=n)
+    return np.column_stack(
+        [radius * np.cos(angle), radius * np.sin(angle), rng(seed, 2).uniform(-1.0, 1.0, n)]
+    )
+
+
+def ball(n: int, noise: float, seed: int) -> Array:
+    """Of radius 1."""
+    points = rng(seed, 0).normal(size=(n, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    return np.asarray(points * (1.0 + noise * rng(seed, 1).normal(size=(n, 1))))
+
+
+def bar(faces: int, n: int, noise: float, seed: int) -> Array:
+    """The sides of a prism along z, 2 radii long, without ends."""
+    side, along = rng(seed, 0).integers(faces, size=n), rng(seed, 1).random(n)
+    corners = np.exp(2j * np.pi * np.arange(faces + 1) / faces)
+    places = corners[side] + along * (corners[side + 1] - corners[side])
+    places = places + noise * rng(seed, 2).normal(size=n) * np.exp(2j * np.pi * (side + 0.5) / faces)
+    return np.column_stack([places.real, places.imag, rng(seed, 3).uniform(-1.0, 1.0, n)])
+
+
+def stray(points: Array, share: float, seed: int) -> Array:
+    """The points with a share of them anywhere in their box."""
+    count = round(share * len(points))
+    anywhere = rng(seed).uniform(points.min(axis=0), points.max(axis=0), (count, 3))
+    return np.vstack([anywhere, points[count:]])
+
+
+def beside_a_plane(points: Array, share: float, noise: float, seed: int) -> Array:
+    """The points with a share of them on a plane that touches the pipe or ball."""
+    count = round(share * len(points))
+    places, height = rng(seed, 0).uniform(-1.5, 1.5, (count, 2)), noise * rng(seed, 1).normal(size=count)
+    return np.vstack([np.column_stack([places, 1.0 + height]), points[count:]])
+
+
+def rings(noise: float = 0.0) -> Array:
+    """Two of a cone."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    cone = Cone(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.5)
+    points = np.vstack([cone.surface(angle, np.full(40, height)) for height in (1.0, 2.0)])
+    return points + noise * rng(0).normal(size=points.shape)
+
+
+def kinds(answer: Recognition) -> list[str]:
+    """What the cloud may be, the best first; nothing where nothing fits."""
+    if answer.status == "no_fit" or answer.primitive is None:
+        return []
+    return [answer.primitive.kind, *sorted(other.primitive.kind for other in answer.alternatives)]
+
+
+def inlier_share(answer: Recognition) -> float:
+    assert answer.error is not None
+    return answer.error.inlier_share
+
+
+# -- patches ------------------------------------------------------------------------------------------------
+
+
+def test_a_folded_sheet_in_few_patches_is_a_cylinder(monkeypatch: Patch) -> None:
+    """`PATCHES`: in pieces of a third of the cloud the fold is lost."""
+    points = sheet(1500, 0.003, 1)
+    points[:, 2] += 0.3 * np.abs(points[:, 0])
+    assert kinds(recognize(points)) == []
+    for module in (fitting.patches, fitting.evidence):
+        monkeypatch.setattr(module, "PATCHES", 8)
+    monkeypatch.setattr(fitting.cloud, "patches_of", partial(patches_of, most=8))
+    monkeypatch.setattr(fitting.evidence, "strips_of", lambda values, most=8: strips_of(values, most))
+    assert kinds(recognize(points)) == ["cylinder"]
+
+
+def test_without_neighbours_in_grains_a_rod_of_twelve_faces_is_round(monkeypatch: Patch) -> None:
+    """`GRAIN`: in pieces of a point nothing tells what its own scatter is, beside which faces are seen."""
+    points = bar(12, 6000, 0.001, 1)
+    assert kinds(recognize(points)) == []
+    for module in (fitting.patches, fitting.evidence):
+        monkeypatch.setattr(module, "GRAIN", 1)
+    assert kinds(recognize(points)) == ["cylinder"]
+
+
+# -- fields -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [1.01, 10.0])
+def test_a_bar_is_a_cylinder_where_sizes_of_fields_are_missing(monkeypatch: Patch, ratio: float) -> None:
+    """`RATIO`: with steps too small large deviations are not looked at; with too large ones these are not."""
+    points = bar(6, 3000, 0.003, 3)
+    assert kinds(recognize(points)) == []
+    monkeypatch.setattr(fitting.fields, "ROUGH", (1.0 / ratio, 1.0, ratio))
+    monkeypatch.setattr(fitting.fields, "ROUGH_RANGES", (1.0 / ratio**2, 1.0 / ratio, 1.0))
+    monkeypatch.setattr(fitting.fields, "SMOOTH", (1.0, ratio, ratio**2, ratio**3))
+    monkeypatch.setattr(fitting.fields, "SMOOTH_RANGES", (0.5 / ratio, 1.0))
+    monkeypatch.setattr(fitting.fields, "_grid", fitting.fields._grid.__wrapped__)
+    assert kinds(recognize(points)) == ["cylinder"]
+
+
+def test_parameters_that_cost_nothing_make_a_pipe_a_cone(monkeypatch: Patch) -> None:
+    """`PRIOR`"""
+    points = pipe(800, 0.005, 4)
+    assert kinds(recognize(points)) == ["cylinder"]
+    for module in (fitting.fields, fitting.verdict):
+        monkeypatch.setattr(module, "PRIOR", 0.0)
+    assert "cone" in kinds(recognize(points))
+
+
+def test_parameters_that_cost_too_much_hide_that_a_sheet_is_a_dome(monkeypatch: Patch) -> None:
+    """`PRIOR`"""
+    points = sheet(800, 0.005, 5, bow=0.005)
+    assert kinds(recognize(points)) == ["sphere"]
+    for module in (fitting.fields, fitting.verdict):
+        monkeypatch.setattr(module, "PRIOR", 1e3)
+    assert "plane" in kinds(recognize(points))
+
+
+# -- evidence -----------------------------------------------------------------------------------------------
+
+
+def test_where_no_point_is_an_outlier_stray_ones_count(monkeypatch: Patch) -> None:
+    """`OUTLIER`"""
+    points = stray(pipe(1500, 0.005, 6), 0.2, 6)
+    answer = recognize(points)
+    assert kinds(answer) == ["cylinder"] and inlier_share(answer) == pytest.approx(0.81, abs=0.02)
+    monkeypatch.setattr(fitting.evidence, "OUTLIER", np.inf)
+    answer = recognize(points)
+    assert "cone" in kinds(answer) and inlier_share(answer) == 1.0
+
+
+def test_where_outliers_are_unlikely_a_ball_among_many_is_none(monkeypatch: Patch) -> None:
+    """`OUTLIERS`"""
+    points = stray(ball(1500, 1e-4, 7), 0.6, 7)
+    assert kinds(recognize(points)) == ["sphere"]
+    monkeypatch.setattr(fitting.evidence, "OUTLIERS", 1e-4)
+    assert kinds(recognize(points)) == []
+
+
+def test_beside_exact_points_a_small_dent_belongs_to_the_surface(monkeypatch: Patch) -> None:
+    """`EXACT_REACH`"""
+    points = ball(1500, 0.0, 8)
+    points[:600] *= 1.0 + 1e-4 * rng(8).normal(size=(600, 1))
+    points[600:700] *= 0.99
+    assert inlier_share(recognize(points)) == 1.0
+    monkeypatch.setattr(fitting.evidence, "EXACT_REACH", 0.0)
+    assert inlier_share(recognize(points)) < 0.95
+
+
+def test_beside_exact_points_a_large_dent_is_no_surface_of_its_own(monkeypatch: Patch) -> None:
+    """`FAR`"""
+    points = ball(1500, 0.0, 9)
+    top = points[:, 2] > 0.4
+    points[top] *= 1.0 - 0.1 * np.minimum(1.0, 3.0 * (points[top, 2:] - 0.4))
+    assert kinds(recognize(points)) == ["sphere"]
+    monkeypatch.setattr(fitting.evidence, "FAR", 0.01)
+    assert kinds(recognize(points)) == []
+
+
+def test_a_plane_beside_a_pipe_is_seen_and_strewn_points_are_none(monkeypatch: Patch) -> None:
+    """`FLAT`"""
+    beside, strewn = (
+        beside_a_plane(pipe(1500, 0.005, 10), 0.35, 0.005, 10),
+        stray(pipe(1500, 0.005, 10), 0.5, 10),
+    )
+    assert kinds(recognize(beside)) == [] and kinds(recognize(strewn)) == ["cylinder"]
+    monkeypatch.setattr(fitting.evidence, "FLAT", 0.0)
+    assert kinds(recognize(beside)) == ["cylinder"]
+    monkeypatch.setattr(fitting.evidence, "FLAT", 1.0)
+    assert kinds(recognize(strewn)) == []
+
+
+def test_four_strewn_points_often_lie_in_a_plane(monkeypatch: Patch) -> None:
+    """`FLAT_NEIGHBOURS`"""
+    points = stray(pipe(1500, 0.005, 11), 0.5, 11)
+    assert kinds(recognize(points)) == ["cylinder"]
+    monkeypatch.setattr(fitting.evidence, "FLAT_NEIGHBOURS", 4)
+    assert kinds(recognize(points)) == []
+
+
+def test_rings_are_asked_for_curves_and_noisy_pipes_are_not(monkeypatch: Patch) -> None:
+    """`QUIET`: within much noise quadrics pass through every arc."""
+    arc = pipe(800, 0.002, 12, arc=1.0)
+    assert {"sphere", "cone"} <= {*kinds(recognize(rings()))} and kinds(recognize(arc)) == ["cylinder"]
+    monkeypatch.setattr(fitting.evidence, "QUIET", 0.0)
+    assert kinds(recognize(rings())) == ["sphere"]
+    monkeypatch.setattr(fitting.evidence, "QUIET", np.inf)
+    assert "cone" in kinds(recognize(arc))
+
+
+def test_quadrics_of_a_surface_itself_are_no_curves(monkeypatch: Patch) -> None:
+    """`QUADRICS`"""
+    flat, round_ = sheet(500, 1e-5, 13), ball(500, 1e-5, 13)
+    assert kinds(recognize(flat)) == ["plane"] and kinds(recognize(round_)) == ["sphere"]
+    monkeypatch.setattr(fitting.evidence, "QUADRICS", dict.fromkeys(KINDS, 1))
+    assert "cone" in kinds(recognize(flat))
+    monkeypatch.setattr(fitting.evidence, "QUADRICS", dict.fromkeys(KINDS, 0))
+    assert "torus" in kinds(recognize(round_))
+
+
+@pytest.mark.parametrize(("name", "value"), [("LARGEST", 1e9), ("FALL", 0.0)])
+def test_where_any_radius_is_likely_a_sheet_is_a_huge_ball(
+    monkeypatch: Patch, name: str, value: float
+) -> None:
+    """`LARGEST`, `FALL`"""
+    points = sheet(400, 0.005, 14, bow=0.0025)
+    assert kinds(recognize(points)) == ["plane"]
+    monkeypatch.setattr(fitting.evidence, name, value)
+    assert "sphere" in kinds(recognize(points))
+
+
+@pytest.mark.parametrize(("name", "value"), [("LARGEST", 0.5), ("FALL", 100.0)])
+def test_where_large_radii_are_ruled_out_a_dome_is_a_plane(
+    monkeypatch: Patch, name: str, value: float
+) -> None:
+    """`LARGEST`, `FALL`"""
+    points = sheet(3000, 0.005, 15, bow=0.005)
+    assert kinds(recognize(points)) == ["sphere"]
+    monkeypatch.setattr(fitting.evidence, name, value)
+    assert "plane" in kinds(recognize(points))
+
+
+def test_one_distance_in_twenty_is_larger_than_the_ninety_fifth_percentile() -> None:
+    answer = recognize(points := pipe(800, 0.005, 16))
+    assert answer.error is not None and answer.primitive is not None
+    distance = np.abs(answer.primitive.signed_distance(points))
+    assert np.mean(distance > answer.error.p95) == pytest.approx(0.05)
+
+
+# -- verdict ------------------------------------------------------------------------------------------------
+
+
+def test_a_cone_on_a_short_arc_may_be_a_cylinder(monkeypatch: Patch) -> None:
+    """`DECIDED`"""
+    cone = Cone(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.3)
+    points = cone.surface(rng(17, 0).uniform(-0.15, 0.15, 1000), rng(17, 1).uniform(1.0, 2.0, 1000))
+    points = points + 0.002 * rng(17, 2).normal(size=points.shape)
+    assert kinds(recognize(points)) == ["cylinder", "cone"]
+    monkeypatch.setattr(fitting.verdict, "DECIDED", 0.0)
+    assert kinds(recognize(points)) == ["cylinder"]
+
+
+def test_a_ranking_that_is_never_mistaken_makes_an_arc_a_plane(monkeypatch: Patch) -> None:
+    """`MISTAKEN`"""
+    points = pipe(300, 0.005, 18, arc=0.6)
+    assert kinds(recognize(points, classifier=Sure("plane"))) == ["cylinder"]
+    monkeypatch.setattr(fitting.verdict, "MISTAKEN", 1e-12)
+    assert kinds(recognize(points, classifier=Sure("plane"))) == ["plane"]
+
+
+def test_an_exact_rod_of_forty_faces_passes_for_round_and_one_of_six_does_not(monkeypatch: Patch) -> None:
+    """`FORM`"""
+    fine, coarse = bar(40, 3000, 0.0, 19), bar(6, 3000, 0.0, 19)
+    assert kinds(recognize(fine)) == ["cylinder"] and kinds(recognize(coarse)) == []
+    monkeypatch.setattr(fitting.verdict, "FORM", 0.0)
+    assert kinds(recognize(fine)) == []
+    monkeypatch.setattr(fitting.verdict, "FORM", 0.1)
+    assert kinds(recognize(coarse)) == ["cylinder"]
+
+
+def test_a_filled_cube_is_no_surface(monkeypatch: Patch) -> None:
+    """`SCATTER`"""
+    points = rng(20).uniform(-1.0, 1.0, (1500, 3))
+    assert kinds(recognize(points)) == []
+    monkeypatch.setattr(fitting.verdict, "SCATTER", np.inf)
+    assert kinds(recognize(points))
+
+
+def test_a_surface_near_less_than_a_third_of_the_points_is_no_answer_however_near(monkeypatch: Patch) -> None:
+    """`NEAR`: a caller's `max_error` is held against the points that are near."""
+    points, config = stray(ball(2000, 1e-4, 21), 0.7, 21), Config(max_error=0.01)
+    assert kinds(recognize(points, config)) == []
+    monkeypatch.setattr(fitting.verdict, "NEAR", 0.0)
+    assert kinds(recognize(points, config)) == ["sphere"]
+
+
+def test_a_third_of_the_points_on_a_plane_is_a_second_surface(monkeypatch: Patch) -> None:
+    """`PART`"""
+    points = beside_a_plane(pipe(1500, 0.005, 22), 0.35, 0.005, 22)
+    assert kinds(recognize(points)) == []
+    monkeypatch.setattr(fitting.verdict, "PART", 1.0)
+    assert kinds(recognize(points)) == ["cylinder"]
+
+
+def test_a_few_strewn_points_in_a_row_are_no_second_surface(monkeypatch: Patch) -> None:
+    """`PART`"""
+    points = stray(pipe(1500, 0.005, 23), 0.2, 23)
+    assert kinds(recognize(points)) == ["cylinder"]
+    monkeypatch.setattr(fitting.verdict, "PART", 0.0)
+    assert kinds(recognize(points)) == []
+
+
+def test_some_exact_points_more_do_not_make_a_ball_a_torus(monkeypatch: Patch) -> None:
+    """`EQUAL_SHARES`: among points that are moved by some steps a torus finds more that it passes through."""
+    points = ball(600, 0.0, 25)
+    points[:300] += rng(25).uniform(-0.002, 0.002, (300, 3))
+    points = np.round(points, 3)
+    assert kinds(recognize(points)) == ["sphere"]
+    monkeypatch.setattr(fitting.verdict, "EQUAL_SHARES", 0.0)
+    assert kinds(recognize(points)) == ["torus"]
