@@ -11,43 +11,24 @@ from fitting.fields import Explanations, Patched, explanations
 from fitting.geometry import Array, around_axis, basis, principal
 from fitting.limits import NUMBERS, Limits, dof_within, moved
 from fitting.noise import ROUNDING_NOISE, NoiseModel, exact_points
+from fitting.normals import NEIGHBOURS
 from fitting.patches import GRAIN, PATCHES, strips_of
 from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 from fitting.refine import linearize
-from fitting.result import Deviation, ErrorSummary, NoiseSummary
 
 OUTLIER = 4.0
 """Points farther than this many noise scales are rejected as outliers: of normal noise 1 in 16,000."""
 
-OUTLIERS = 0.05
-"""Share of a cloud that is outliers, before anything is known of it; they are uniform over its extent."""
-
-EXACT_REACH = 0.01
-"""Beside exact points no other is an outlier up to this share of the extent: it is a deformation."""
-
-FAR = 0.05
-"""Beside exact points others may be a surface of their own from this share of the extent on: nearer ones are
-about its edges, where neighbours are on both."""
+EXACT_REACH = 0.05
+"""Beside exact points no other is an outlier up to this share of the extent: it is a deformation. Beyond, others
+may be a surface of their own: nearer ones are about its edges, where neighbours are on both."""
 
 FLAT = 0.4
 """A rejected point lies on a surface where it and its neighbours scatter about their plane by less than this
 share of what they scatter in its narrower direction; of points in space 3 % do."""
 
-FLAT_NEIGHBOURS = 12
-"""Rejected points, the point itself among them, that this is asked of."""
-
 QUIET = 1e-4
 """Noise, over the extent, up to which points are asked whether they lie on curves."""
-
-QUADRICS = {"plane": 4, "sphere": 1, "cylinder": 1, "cone": 1, "torus": 0}
-"""Independent quadrics that hold all of a surface: with a plane, that and any other plane."""
-
-LARGEST = 5.0
-"""Radii are as likely in each octave up to this many extents, where an arc has a sagitta of a fortieth: who
-cuts a cloud into segments leaves a piece that shows what it is a piece of."""
-
-FALL = 6.0
-"""Power by which larger ones are less likely: one of twice that size in 64."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +93,7 @@ class Evidence:
             nearby = EXACT_REACH * cloud.extent if exact.any() else cloud.tolerance
             reach = max(OUTLIER * noise_scale, nearby)
             inlier = exact | (absolute <= reach)
-            far = absolute > FAR * cloud.extent if exact.any() else ~inlier
+            far = absolute > nearby if exact.any() else ~inlier
             second = _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
         explained, beside = None, 0.0
         if not exact.any():
@@ -193,16 +174,19 @@ def _least(cloud: Cloud) -> float:
 
 
 def _outliers(inlier: np.ndarray, cloud: Cloud) -> float:
-    """Log-probability of the outliers, which come together, too: as many count as patches have room for."""
-    count = min(len(inlier), PATCHES)
-    outliers = count * float(1.0 - inlier.mean())
-    return outliers * float(np.log(OUTLIERS / cloud.extent)) + (count - outliers) * float(np.log1p(-OUTLIERS))
+    """Log-probability of the outliers, which come together, too: as many count as patches have room for.
+
+    They are uniform over the extent; that points are any is neither likely nor unlikely beforehand.
+    """
+    return -min(len(inlier), PATCHES) * float(1.0 - inlier.mean()) * float(np.log(cloud.extent))
 
 
 def _sizes(primitive: Primitive, spread: Array, extent: float) -> float:
-    """Log-probability of radii beyond `LARGEST` over that of ordinary ones.
+    """Log-probability of radii beyond the extent over that of smaller ones.
 
-    A curvature that is known to no better than `spread`, (dof,) of the steps, may be as large as that.
+    Who cuts a cloud into segments leaves a piece that shows what it is a piece of: the density falls as the
+    share of a sphere that the piece is, with the square of the radius. A curvature that is known to no better
+    than `spread`, (dof,) of the steps, may be as large as that.
     """
     found = 0.0
     for (kind, name), (component, place) in NUMBERS.items():
@@ -211,7 +195,7 @@ def _sizes(primitive: Primitive, spread: Array, extent: float) -> float:
         radius = float(primitive.row()[place])
         if radius > 0.0:
             likely = radius * radius / float(np.hypot(radius, spread[component]))
-            found -= FALL * max(0.0, float(np.log(likely / (LARGEST * extent))))
+            found -= 2.0 * max(0.0, float(np.log(likely / extent)))
     return found
 
 
@@ -233,76 +217,27 @@ def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple
 
 
 def _on_curves(kind: str, cloud: Cloud, near: np.ndarray, noise_scale: float) -> bool:
-    """Whether more quadrics than a surface of this kind asks for pass through its points as exactly.
+    """Whether more quadrics than hold all of a surface of this kind pass through its points as exactly.
 
-    Two of them meet in curves. Within much noise every arc has several.
+    Two of them meet in curves. Within much noise every arc has several. A plane is held by itself times any
+    linear term, a torus by none.
     """
     reach = max(noise_scale, cloud.tolerance) / cloud.extent
     if reach > QUIET:
         return False
     x, y, z = (cloud.working[cloud.sample[near[cloud.sample]]] @ cloud.axes / cloud.extent).T
-    terms = np.stack([np.ones_like(x), x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], axis=1)
+    linear, square = [np.ones_like(x), x, y, z], [x * x, y * y, z * z, x * y, x * z, y * z]
+    terms = np.stack(linear + square, axis=1)
+    own = {"plane": len(linear), "torus": 0}.get(kind, 1)
     sizes = np.linalg.svd(terms / np.sqrt(len(terms)), compute_uv=False)
-    return int(np.count_nonzero(sizes <= reach)) > QUADRICS[kind]
+    return int(np.count_nonzero(sizes <= reach)) > own
 
 
 def _on_surfaces(points: Array) -> int:
     """How many of the points (N, 3) lie on a surface with their neighbours among them."""
-    if len(points) < 2 * FLAT_NEIGHBOURS:
+    if len(points) < 2 * NEIGHBOURS:
         return 0
-    offsets = points[cKDTree(points).query(points, k=FLAT_NEIGHBOURS)[1]]
+    offsets = points[cKDTree(points).query(points, k=NEIGHBOURS)[1]]
     offsets -= offsets.mean(axis=1, keepdims=True)
     squares = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", offsets, offsets))
     return int(np.count_nonzero(squares[:, 0] < FLAT**2 * squares[:, 1]))
-
-
-def summarize(
-    primitive: Primitive, evidence: Evidence, points: Array, diagonal: float, scale: float
-) -> ErrorSummary:
-    """The distances of all points (N, 3), restored to input units by `scale`."""
-    signed = primitive.signed_distance(points)
-    distance = np.abs(signed)
-    mean = float(distance.mean())
-    belongs = np.abs(evidence.primitive.signed_distance(points)) <= evidence.reach
-    near = distance[belongs] if belongs.any() else distance
-    return ErrorSummary(
-        rms=scale * float(np.sqrt(np.mean(distance**2))),
-        mean=scale * mean,
-        p95=scale * float(np.percentile(distance, 95.0)),
-        max=scale * float(distance.max()),
-        zone=scale * float(np.ptp(signed)),
-        relative_mean=mean / diagonal,
-        inlier_rms=scale * float(np.sqrt(np.mean(near**2))),
-        inlier_share=float(belongs.mean()),
-    )
-
-
-def summarize_noise(evidence: Evidence, cloud: Cloud) -> NoiseSummary:
-    """The noise about the judged primitive, restored to input units."""
-    share = evidence.noise.outlier_share * (1.0 - evidence.exact_share)
-    rough, smooth = _deviations(evidence.explained, cloud)
-    return NoiseSummary(
-        scale=cloud.frame.scale * evidence.noise_scale,
-        exact_share=evidence.exact_share,
-        outlier_share=0.0 if evidence.small else share,
-        quantisation_step=cloud.step,
-        correlated=rough,
-        smooth=smooth,
-    )
-
-
-def _deviations(explained: Explanations | None, cloud: Cloud) -> tuple[Deviation | None, Deviation | None]:
-    """The rough and the smooth one of the likeliest explanation, in input units."""
-    if explained is None:
-        return None, None
-    best, unit = explained.likeliest, cloud.frame.scale
-
-    def deviation(sizes: Array, ranges: Array) -> Deviation | None:
-        if sizes[best] == 0.0:
-            return None
-        return Deviation(unit * float(sizes[best]), unit * cloud.extent * float(ranges[best]))
-
-    return (
-        deviation(explained.rough, explained.rough_range),
-        deviation(explained.smooth, explained.smooth_range),
-    )

@@ -44,8 +44,8 @@ SMOOTH_RANGES = (0.5 / RATIO, 1.0)
 EPS = float(np.finfo(np.float64).eps)
 """Directions that move the surface by less than this, over the one that moves it most, are not seen."""
 
-PRIOR = 0.1
-"""Extents by which a parameter may move the surface: that a cloud lies on it is known beforehand."""
+PRIOR = 0.5
+"""Extents by which a parameter may move the surface: to either side as far as the cloud goes."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,9 @@ from fitting.appraise import uncertainty_of
 from fitting.classifier import Classifier
 from fitting.cloud import Cloud
 from fitting.config import COUNTING_ALL, EXTREME, Config, takes_no
+from fitting.distances import summarize, summarize_noise
 from fitting.errors import InvalidPointCloudError
-from fitting.evidence import Evidence, summarize, summarize_noise
+from fitting.evidence import Evidence
 from fitting.extents import Extents, extents_of
 from fitting.geometry import Array
 from fitting.limits import Limits, dof_within

@@ -26,12 +26,10 @@ than this share of the extent: 0.2 mm on a hand's breadth, flatness K of ISO 276
 SCATTER = 0.04
 """Noise beyond this share of the extent is a volume rather than a surface."""
 
-NEAR = 0.35
-"""Share of the points that must be near a surface, beside the ones that its parameters may choose."""
-
 PART = 0.22
 """Share of the points beyond which a subset is no accident: exact ones are the surface (two generatrices of a
-cylinder or cone in a regular grid reach it), rejected ones on a surface of their own are a second segment."""
+cylinder or cone in a regular grid reach it), those near a surface must be more, beside the ones that its
+parameters may choose, and rejected ones on a surface of their own are a second segment."""
 
 EQUAL_SHARES = 0.1
 """Exact shares that differ by less than this, relatively, are equal."""
@@ -176,7 +174,7 @@ def _too_few(evidence: Evidence, n_points: int, only: bool) -> str:
 
 def _several(evidence: Evidence, n_points: int) -> str:
     """Why the cloud is more than this surface, or nothing."""
-    share, least = evidence.inlier_share, min(NEAR + evidence.free / n_points, 1.0)
+    share, least = evidence.inlier_share, min(PART + evidence.free / n_points, 1.0)
     if share < least:
         return f"only {share:.0%} of the points are near it (at least {least:.0%})"
     second = evidence.second_surface

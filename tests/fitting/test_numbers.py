@@ -14,7 +14,6 @@ import fitting.evidence
 import fitting.fields
 import fitting.patches
 import fitting.verdict
-from fitting.config import Config
 from fitting.geometry import Array
 from fitting.patches import patches_of, strips_of
 from fitting.primitives import KINDS, Cone
@@ -156,11 +155,11 @@ def test_parameters_that_cost_nothing_make_a_pipe_a_cone(monkeypatch: Patch) -> 
 
 def test_parameters_that_cost_too_much_hide_that_a_sheet_is_a_dome(monkeypatch: Patch) -> None:
     """`PRIOR`"""
-    points = sheet(800, 0.005, 5, bow=0.005)
+    points = sheet(800, 0.005, 5, bow=0.007)
     assert kinds(recognize(points)) == ["sphere"]
     for module in (fitting.fields, fitting.verdict):
         monkeypatch.setattr(module, "PRIOR", 1e3)
-    assert "plane" in kinds(recognize(points))
+    assert kinds(recognize(points)) == []
 
 
 # -- evidence -----------------------------------------------------------------------------------------------
@@ -176,31 +175,13 @@ def test_where_no_point_is_an_outlier_stray_ones_count(monkeypatch: Patch) -> No
     assert "cone" in kinds(answer) and inlier_share(answer) == 1.0
 
 
-def test_where_outliers_are_unlikely_a_ball_among_many_is_none(monkeypatch: Patch) -> None:
-    """`OUTLIERS`"""
-    points = stray(ball(1500, 1e-4, 7), 0.6, 7)
-    assert kinds(recognize(points)) == ["sphere"]
-    monkeypatch.setattr(fitting.evidence, "OUTLIERS", 1e-4)
-    assert kinds(recognize(points)) == []
-
-
-def test_beside_exact_points_a_small_dent_belongs_to_the_surface(monkeypatch: Patch) -> None:
-    """`EXACT_REACH`"""
-    points = ball(1500, 0.0, 8)
-    points[:600] *= 1.0 + 1e-4 * rng(8).normal(size=(600, 1))
-    points[600:700] *= 0.99
-    assert inlier_share(recognize(points)) == 1.0
-    monkeypatch.setattr(fitting.evidence, "EXACT_REACH", 0.0)
-    assert inlier_share(recognize(points)) < 0.95
-
-
 def test_beside_exact_points_a_large_dent_is_no_surface_of_its_own(monkeypatch: Patch) -> None:
-    """`FAR`"""
+    """`EXACT_REACH`"""
     points = ball(1500, 0.0, 9)
     top = points[:, 2] > 0.4
     points[top] *= 1.0 - 0.1 * np.minimum(1.0, 3.0 * (points[top, 2:] - 0.4))
     assert kinds(recognize(points)) == ["sphere"]
-    monkeypatch.setattr(fitting.evidence, "FAR", 0.01)
+    monkeypatch.setattr(fitting.evidence, "EXACT_REACH", 0.01)
     assert kinds(recognize(points)) == []
 
 
@@ -217,14 +198,6 @@ def test_a_plane_beside_a_pipe_is_seen_and_strewn_points_are_none(monkeypatch: P
     assert kinds(recognize(strewn)) == []
 
 
-def test_four_strewn_points_often_lie_in_a_plane(monkeypatch: Patch) -> None:
-    """`FLAT_NEIGHBOURS`"""
-    points = stray(pipe(1500, 0.005, 11), 0.5, 11)
-    assert kinds(recognize(points)) == ["cylinder"]
-    monkeypatch.setattr(fitting.evidence, "FLAT_NEIGHBOURS", 4)
-    assert kinds(recognize(points)) == []
-
-
 def test_rings_are_asked_for_curves_and_noisy_pipes_are_not(monkeypatch: Patch) -> None:
     """`QUIET`: within much noise quadrics pass through every arc."""
     arc = pipe(800, 0.002, 12, arc=1.0)
@@ -235,43 +208,18 @@ def test_rings_are_asked_for_curves_and_noisy_pipes_are_not(monkeypatch: Patch) 
     assert "cone" in kinds(recognize(arc))
 
 
-def test_quadrics_of_a_surface_itself_are_no_curves(monkeypatch: Patch) -> None:
-    """`QUADRICS`"""
-    flat, round_ = sheet(500, 1e-5, 13), ball(500, 1e-5, 13)
-    assert kinds(recognize(flat)) == ["plane"] and kinds(recognize(round_)) == ["sphere"]
-    monkeypatch.setattr(fitting.evidence, "QUADRICS", dict.fromkeys(KINDS, 1))
-    assert "cone" in kinds(recognize(flat))
-    monkeypatch.setattr(fitting.evidence, "QUADRICS", dict.fromkeys(KINDS, 0))
-    assert "torus" in kinds(recognize(round_))
+def test_quadrics_of_a_surface_itself_are_no_curves() -> None:
+    assert kinds(recognize(sheet(500, 1e-5, 13))) == ["plane"]
+    assert kinds(recognize(ball(500, 1e-5, 13))) == ["sphere"]
 
 
-@pytest.mark.parametrize(("name", "value"), [("LARGEST", 1e9), ("FALL", 0.0)])
-def test_where_any_radius_is_likely_a_sheet_is_a_huge_ball(
-    monkeypatch: Patch, name: str, value: float
-) -> None:
-    """`LARGEST`, `FALL`"""
+def test_where_any_radius_is_likely_a_bowed_sheet_is_a_huge_ball(monkeypatch: Patch) -> None:
+    """By half of its noise it is a plane; what is bowed by as much as that, and seen often, is a dome."""
     points = sheet(400, 0.005, 14, bow=0.0025)
     assert kinds(recognize(points)) == ["plane"]
-    monkeypatch.setattr(fitting.evidence, name, value)
+    assert kinds(recognize(sheet(3000, 0.005, 15, bow=0.005))) == ["sphere"]
+    monkeypatch.setattr(fitting.evidence, "_sizes", lambda *_: 0.0)
     assert "sphere" in kinds(recognize(points))
-
-
-@pytest.mark.parametrize(("name", "value"), [("LARGEST", 0.5), ("FALL", 100.0)])
-def test_where_large_radii_are_ruled_out_a_dome_is_a_plane(
-    monkeypatch: Patch, name: str, value: float
-) -> None:
-    """`LARGEST`, `FALL`"""
-    points = sheet(3000, 0.005, 15, bow=0.005)
-    assert kinds(recognize(points)) == ["sphere"]
-    monkeypatch.setattr(fitting.evidence, name, value)
-    assert "plane" in kinds(recognize(points))
-
-
-def test_one_distance_in_twenty_is_larger_than_the_ninety_fifth_percentile() -> None:
-    answer = recognize(points := pipe(800, 0.005, 16))
-    assert answer.error is not None and answer.primitive is not None
-    distance = np.abs(answer.primitive.signed_distance(points))
-    assert np.mean(distance > answer.error.p95) == pytest.approx(0.05)
 
 
 # -- verdict ------------------------------------------------------------------------------------------------
@@ -313,25 +261,17 @@ def test_a_filled_cube_is_no_surface(monkeypatch: Patch) -> None:
     assert kinds(recognize(points))
 
 
-def test_a_surface_near_less_than_a_third_of_the_points_is_no_answer_however_near(monkeypatch: Patch) -> None:
-    """`NEAR`: a caller's `max_error` is held against the points that are near."""
-    points, config = stray(ball(2000, 1e-4, 21), 0.7, 21), Config(max_error=0.01)
-    assert kinds(recognize(points, config)) == []
-    monkeypatch.setattr(fitting.verdict, "NEAR", 0.0)
-    assert kinds(recognize(points, config)) == ["sphere"]
-
-
 def test_a_third_of_the_points_on_a_plane_is_a_second_surface(monkeypatch: Patch) -> None:
     """`PART`"""
     points = beside_a_plane(pipe(1500, 0.005, 22), 0.35, 0.005, 22)
     assert kinds(recognize(points)) == []
-    monkeypatch.setattr(fitting.verdict, "PART", 1.0)
+    monkeypatch.setattr(fitting.verdict, "PART", 0.4)
     assert kinds(recognize(points)) == ["cylinder"]
 
 
 def test_a_few_strewn_points_in_a_row_are_no_second_surface(monkeypatch: Patch) -> None:
     """`PART`"""
-    points = stray(pipe(1500, 0.005, 23), 0.2, 23)
+    points = stray(pipe(1500, 0.005, 23), 0.5, 23)
     assert kinds(recognize(points)) == ["cylinder"]
     monkeypatch.setattr(fitting.verdict, "PART", 0.0)
     assert kinds(recognize(points)) == []

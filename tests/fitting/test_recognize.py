@@ -378,7 +378,7 @@ def test_a_short_noisy_arc_of_a_cone_is_ambiguous_and_a_quiet_one_is_not() -> No
     cone = Cone([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 0.6)
     arc = cone.surface(rng.uniform(0.0, 0.7, 1500), rng.uniform(1.0, 2.0, 1500))
     noise = rng.normal(size=(1500, 1)) * cone.gradient(arc)
-    answer = recognize(arc + 0.02 * noise)
+    answer = recognize(arc + 0.015 * noise)
     assert answer.status == "ambiguous" and answer.primitive is not None
     kinds = {answer.primitive.kind, *(other.primitive.kind for other in answer.alternatives)}
     assert kinds >= {"cone", "cylinder"}
