@@ -1,6 +1,7 @@
 """`primfit bench`, also as `python -m benchmark`: run methods over case sets, and write the report."""
 
 import argparse
+import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from functools import partial
@@ -76,8 +77,10 @@ def service_action(options: argparse.Namespace) -> int:
 
 def coverage_action(options: argparse.Namespace) -> int:
     require_matplotlib()
-    found = coverage.measure(options.n, options.seed, options.processes)
+    laws = tuple(law for law in coverage.LAWS if law in (options.law or coverage.LAWS))
+    found = coverage.measure(options.n, options.seed, options.processes, laws)
     command = f"primfit bench coverage --n {options.n} --seed {options.seed}"
+    command += "".join(f" --law {shlex.quote(law)}" for law in laws if options.law)
     print(f"written: {write_coverage(found, command, options.out)} and images/ beside it")
     return 0
 

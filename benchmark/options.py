@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmark.cases import CASE_SETS
+from benchmark.coverage import LAWS
 from benchmark.methods import METHODS
 from benchmark.proofs import PROOFS
 
@@ -132,6 +133,7 @@ def _add_coverage(actions: Any) -> argparse.ArgumentParser:
         metavar="N",
         help="clouds of each kind and noise (default: 100)",
     )
+    add("--law", action="append", choices=LAWS, metavar="NAME", help="a noise (repeatable; default: all)")
     add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
     add("--processes", type=_whole_from_1, default=1, metavar="N", help="that share the work (default: 1)")
     add("--out", type=Path, default=FOLDER / "report", metavar="DIR", help="folder of both files")

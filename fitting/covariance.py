@@ -8,7 +8,8 @@ f_i J_i of the derivatives, the estimate solves  sum p_i f_i J_i = 0,  so that i
 Source: Huber and Ronchetti, "Robust statistics", 2nd ed. 2009, section 7.6. With cov(p_i, p_i) from each
 point's own pull it holds for noise that differs from point to point: White, Econometrica 48, 1980; divided by
 1 - leverage, MacKinnon and White, J. Econometrics 29, 1985 (HC2). Pairs of correlated points: Conley,
-J. Econometrics 92, 1999, here patch by patch, with the fields that explain what is left over.
+J. Econometrics 92, 1999, here patch by patch, with the fields that explain what is left over. Each of these
+explanations has its own B; the covariance is the one whose 95 % intervals are those of their mixture.
 """
 
 from dataclasses import dataclass, replace
@@ -18,6 +19,7 @@ import numpy as np
 
 from fitting.agreement import Agreement, Correlation
 from fitting.geometry import Array
+from fitting.mixture import mixed
 from fitting.patches import PATCHES
 from fitting.primitives import Primitive
 from fitting.profile import Cost
@@ -60,6 +62,7 @@ class Linear:
     feet : (M, 3) the closest points of the surface
     rows : (M, k) factors times derivatives, in the free directions
     free : (dof, k) those directions, orthonormal
+    distance : (M,) factors times distances
     pull, slope : (M,) of the kernel
     gain : (M,) the derivative of the pull by the distance of the point
     """
@@ -67,6 +70,7 @@ class Linear:
     feet: Array
     rows: Array
     free: Array
+    distance: Array
     pull: Array
     slope: Array
     gain: Array
@@ -81,7 +85,7 @@ class Linear:
         squared = (distance / cost.scale) ** 2
         pull, slope = cost.kernel.weight(squared) * distance, cost.kernel.slope(squared)
         gain = slope if cost.factors is None else cost.factors * slope
-        return cls(feet, jacobian, np.eye(primitive.dof), pull, slope, gain, copies)
+        return cls(feet, jacobian, np.eye(primitive.dof), distance, pull, slope, gain, copies)
 
     def within(self, free: Array) -> Self:
         """In these directions (dof, k), orthonormal, only."""
@@ -110,10 +114,15 @@ class Linear:
         meat = noise**2 * self.copies * (self.rows.T @ self.rows)
         return self._lifted(bread @ meat @ bread, bread, noise, self.copies * len(self.rows))
 
-    def equal(self) -> StepCovariance | None:
-        """Under independent noise, the same at each point, estimated from what is left over."""
+    def equal(self, inlier: np.ndarray) -> StepCovariance | None:
+        """Under independent noise, the same at each point, estimated from what is left over.
+
+        Where points are few, the core that a kernel keeps may be much narrower than the noise: so the
+        inliers count with their distances, whatever the kernel makes of them.
+        """
         spare = len(self.rows) - self.rows.shape[1]
-        return self.known(float(np.sqrt(self.pull @ self.pull / spare))) if spare > 0 else None
+        left = np.where(inlier, self.distance, self.pull)
+        return self.known(float(np.sqrt(left @ left / spare))) if spare > 0 else None
 
     def uneven(self, agreement: Agreement | None) -> StepCovariance | None:
         """Under noise that may differ from point to point and agree between neighbours."""
@@ -126,14 +135,14 @@ class Linear:
         noise, points = float(np.sqrt(squared.mean())), self.copies * len(self.rows)
         if agreement is None:
             return self._lifted(bread @ independent @ bread, bread, noise, points)
-        rows = self.copies * self.gain[:, None] * self.rows
-        meat = agreement.own * independent + agreement.meat(rows, self.feet)
-        correlation = agreement.correlation
-        matrix, count = bread @ meat @ bread, points
-        if correlation is not None:
-            count = min(points * _alike(independent, meat, bread), points)
+        estimates = float(min(points, PATCHES))
+        meats = agreement.meats(independent, self.copies * self.gain[:, None] * self.rows, self.feet)
+        free = max(estimates - self.rows.shape[1], 1.0)
+        matrix, count = mixed(bread @ meats @ bread, agreement.weight, bread, free), points
+        if agreement.correlation is not None:
+            count = min(points * _alike(bread @ independent @ bread, matrix, bread), points)
         found = self._lifted(matrix, bread, noise, count)
-        return replace(found, correlation=correlation, estimates=float(min(points, PATCHES)))
+        return replace(found, correlation=agreement.correlation, estimates=estimates)
 
     def _lifted(
         self,
@@ -148,6 +157,7 @@ class Linear:
         )
 
 
-def _alike(independent: Array, meat: Array, bread: Array) -> float:
-    """The variance of steps under independent noise over what it is, in the mean over what is known."""
-    return float(np.sum(independent * bread) / np.sum(meat * bread))
+def _alike(independent: Array, found: Array, bread: Array) -> float:
+    """The variance of steps under independent noise over what was found, in the mean over what is known."""
+    known = np.linalg.inv(bread)
+    return float(np.sum(independent * known) / np.sum(found * known))

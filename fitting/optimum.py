@@ -15,6 +15,7 @@ from fitting.evidence import Evidence
 from fitting.geometry import Array
 from fitting.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
 from fitting.limits import Limits, dof_within, moved
+from fitting.mixture import UPPER
 from fitting.noise import ROUNDING_NOISE, core_scale, is_normal
 from fitting.primitives import Primitive
 from fitting.profile import Cost
@@ -22,9 +23,6 @@ from fitting.refine import linearize
 
 UNEVEN = 200
 """Points from which noise that differs from point to point, or agrees between neighbours, can be told."""
-
-UPPER = 0.975
-"""Share of the cases that are below the upper end of a 95 % interval."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +98,7 @@ class Optimum:
         if self.exact:
             return linear.known(ROUNDING_NOISE * self.cloud.tolerance)
         few = len(self.cost.points) < UNEVEN
-        return linear.equal() if few else linear.uneven(self.agreement)
+        return linear.equal(self.inlier) if few else linear.uneven(self.agreement)
 
     def released(self, name: str) -> StepCovariance | None:
         """The same if the number of this name were free."""

@@ -109,12 +109,17 @@ def _warning_rows(found: Sequence[Outcome]) -> list[list[str]]:
 
 
 def _draw(found: Sequence[Outcome], path: Path) -> None:
-    """A point for each kind and number, by the noise, with the bars."""
+    """A point for each kind and number, with the bars; a panel for each noise that was drawn."""
     from matplotlib.figure import Figure
 
+    laws = [law for law in WITH_INTERVALS if any(each.law == law for each in found)]
+    rows = min(ROWS, max(len(laws), 1))
     figure = Figure(figsize=(9.0, 3.2 * ROWS), dpi=120, layout="constrained")
-    axes = figure.subplots(ROWS, -(-len(WITH_INTERVALS) // ROWS), sharex=True, sharey=True)
-    for panel, law in zip(axes.flat, WITH_INTERVALS, strict=True):
+    columns = max(-(-len(laws) // rows), 1)
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    for panel in axes.flat[len(laws) :]:
+        panel.set_visible(False)
+    for panel, law in zip(axes.flat, laws, strict=False):
         if law in BARS:
             panel.axhspan(*(100.0 * bar for bar in BARS[law]), color=FAINT, zorder=0)
         panel.axhline(95.0, color=INK, linewidth=0.8)

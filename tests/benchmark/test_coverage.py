@@ -104,3 +104,18 @@ def test_the_command_writes_a_table_and_a_picture(tmp_path: Path) -> None:
             assert f"| {law} | torus |" in text
     assert "| minimal_sample | 5 | 100 % |" in text
     assert (tmp_path / "images" / "uncertainty-coverage.png").stat().st_size > 1000
+
+
+def test_one_law_may_be_asked_for(tmp_path: Path) -> None:
+    asked = ["--law", "few", "--law", "along the ray"]
+    assert bench(["coverage", "--n", "1", "--seed", "5", "--out", str(tmp_path), *asked]) == 0
+    text = (tmp_path / "uncertainty-coverage.md").read_text(encoding="utf-8")
+    assert "primfit bench coverage --n 1 --seed 5 --law few --law 'along the ray'" in text
+    rows = {line.split(" | ")[0] for line in text.splitlines() if line.count(" | ") > 8}
+    assert rows >= {"| few", "| along the ray"} and not rows & {"| bowed", "| independent"}
+    assert (tmp_path / "images" / "uncertainty-coverage.png").stat().st_size > 1000
+
+
+def test_the_noise_that_has_no_intervals_may_be_asked_for_alone(tmp_path: Path) -> None:
+    assert bench(["coverage", "--n", "1", "--seed", "5", "--out", str(tmp_path), "--law", "minimal"]) == 0
+    assert "| minimal_sample | 5 | 100 % |" in (tmp_path / "uncertainty-coverage.md").read_text()

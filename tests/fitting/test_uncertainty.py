@@ -1,6 +1,7 @@
 """Intervals and warnings: derivatives against differences, shares against counts, and what must be so."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -125,7 +126,16 @@ def flat(n: int, rng: np.random.Generator) -> tuple[Linear, Array]:
     """A cost of a plane over the unit square, linearised about it, with pulls of unit noise; feet (n, 3)."""
     feet = rng.uniform(0.0, 1.0, (n, 3)) * [1.0, 1.0, 0.0]
     rows = np.column_stack([np.ones(n), feet[:, :2]])
-    return Linear(feet, rows, np.eye(3), rng.standard_normal(n), np.ones(n), np.ones(n), 1.0), feet
+    left = rng.standard_normal(n)
+    return Linear(feet, rows, np.eye(3), left, left, np.ones(n), np.ones(n), 1.0), feet
+
+
+def test_few_inliers_scatter_by_their_distances_whatever_the_kernel_keeps() -> None:
+    linear, _ = flat(20, np.random.default_rng(3))
+    inlier = np.arange(20) < 15
+    found = replace(linear, pull=0.1 * linear.pull).equal(inlier)
+    left = np.where(inlier, 1.0, 0.1) * linear.distance
+    assert found is not None and found.noise == pytest.approx(np.sqrt(left @ left / 17))
 
 
 def test_without_fields_the_covariance_is_the_sandwich() -> None:
@@ -137,20 +147,41 @@ def test_without_fields_the_covariance_is_the_sandwich() -> None:
     np.testing.assert_allclose(found.matrix, expected, rtol=1e-9)
 
 
+def two_fields(patch: np.ndarray, seen: np.ndarray, reach: float) -> Agreement:
+    """Half of the noise is each point's own; beside it a rough field of 0.2 and a smooth one; extent 2."""
+    alone = [np.array([each]) for each in (1.0, 0.5, 3.0, 0.1, 2.0, reach / 2.0)]
+    return Agreement(patch, seen, 2.0, *alone, None)
+
+
 def test_fields_count_as_in_the_double_sum_over_patches() -> None:
     linear, feet = flat(300, np.random.default_rng(3))
     patch, seen = patches_of(feet), np.arange(300) % 7 > 0
-    agreement = Agreement(patch, seen, 0.5, {0.2: 3.0}, {0.4: 2.0}, None)
+    agreement = two_fields(patch, seen, 0.4)
     middle = np.array([feet[seen & (patch == each)].mean(axis=0) for each in patch])
     apart = cdist(middle, middle)
     covariance = 3.0 * np.exp(-apart / 0.2) + 2.0 * np.exp(-((apart / 0.4) ** 2) / 2.0)
     rows = linear.rows * seen[:, None]
-    np.testing.assert_allclose(agreement.meat(linear.rows, feet), rows.T @ covariance @ rows, rtol=1e-9)
+    independent = linear.rows.T @ linear.rows
+    meat = 0.5 * independent + rows.T @ covariance @ rows
+    np.testing.assert_allclose(agreement.meats(independent, linear.rows, feet), [meat], rtol=1e-9)
     alone, found = linear.uneven(None), linear.uneven(agreement)
     assert alone is not None and found is not None
     bread = np.linalg.inv(linear.rows.T @ linear.rows)
     expected = 0.5 * alone.matrix + bread @ rows.T @ covariance @ rows @ bread
-    np.testing.assert_allclose(found.matrix, expected, rtol=1e-9)
+    np.testing.assert_allclose(found.matrix, expected, rtol=1e-6)  # the halvings of a quantile
+
+
+def test_a_bow_as_wide_as_the_cloud_has_no_mean() -> None:
+    """So that it moves no plane along its normal, whose rows are 1."""
+    linear, feet = flat(300, np.random.default_rng(3))
+    seen = np.ones(300, bool)
+    narrow, wide = (
+        two_fields(patches_of(feet), seen, reach).meats(np.zeros((3, 3)), linear.rows, feet)[0]
+        for reach in (0.4, 2.0)
+    )
+    rough = replace(two_fields(patches_of(feet), seen, 2.0), smooth=np.zeros(1))
+    left = wide - rough.meats(np.zeros((3, 3)), linear.rows, feet)[0]
+    assert abs(left[0, 0]) < 1e-9 * narrow[0, 0] and left[1, 1] > 0.0
 
 
 def square(noise: Callable[[np.random.Generator, Array], Array], seed: int) -> tuple[Array, Array]:
@@ -184,12 +215,14 @@ def test_a_bow_of_half_the_noise_makes_intervals_longer() -> None:
         return np.asarray(rng.standard_normal(900) + (along - along.mean()) / along.std() / 2.0)
 
     flat, bent = (
-        known(square(noise, 1)[0], "plane").position
+        known(square(noise, 1)[0], "plane").direction
         for noise in (lambda rng, places: rng.standard_normal(len(places)), bowed)
     )
     assert flat is not None and bent is not None
-    # what the bow is in the mean of the square, were it as large as in the next smooth one: half the noise
-    assert flat.standard_deviations[0] < 1.5 * 0.002 / np.sqrt(900) < 2e-4 < bent.standard_deviations[0]
+    # a plane is tilted by noise as the mean, over the root mean square of a coordinate; a bow may tilt it by
+    # as much as it rises, half the noise over the same
+    tilt = 0.002 * np.sqrt(12.0)
+    assert flat.standard_deviations[0] < 1.5 * tilt / np.sqrt(900) < tilt / 2.0 < bent.standard_deviations[0]
 
 
 def test_a_short_arc_is_profiled_and_leaves_the_larger_radius_open_wider() -> None:
