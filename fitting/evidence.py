@@ -20,8 +20,8 @@ OUTLIER = 4.0
 """Points farther than this many noise scales are rejected as outliers: of normal noise 1 in 16,000."""
 
 EXACT_REACH = 0.05
-"""Beside exact points no other is an outlier up to this share of the extent: it is a deformation. Beyond, others
-may be a surface of their own: nearer ones are about its edges, where neighbours are on both."""
+"""Beside exact points no other is an outlier up to this share of the extent: it is a deformation. Beyond,
+others may be a surface of their own: nearer ones are about its edges, where neighbours are on both."""
 
 FLAT = 0.4
 """A rejected point lies on a surface where it and its neighbours scatter about their plane by less than this
