@@ -214,11 +214,29 @@ def _words(evidence: Evidence, cloud: Cloud) -> str:
 def likelier(a: Claim, b: Claim) -> bool:
     """Whether `a` is the better claim: more exact points, of equal shares the simpler kind; else its odds."""
     one, other = a.evidence, b.evidence
-    if one.exact.any() or other.exact.any():
+    if one.exact.any() and other.exact.any():
         if abs(one.exact_share - other.exact_share) > EQUAL_SHARES * max(one.exact_share, other.exact_share):
             return one.exact_share > other.exact_share
         return a.dof < b.dof
+    if one.exact.any():
+        return _moved_off(one, other)
+    if other.exact.any():
+        return not _moved_off(other, one)
     return a.odds > b.odds
+
+
+def _moved_off(exact: Evidence, other: Evidence) -> bool:
+    """Whether the points beside the exact ones of a surface may have been moved off it.
+
+    Then they are not twice as near to another surface as to it, unless they are the smaller part and of
+    another. A ring of a spinning laser, whose noise is along the ray, lies exactly on a cone about the laser,
+    whatever it was seen on.
+    """
+    rest = ~exact.exact
+    near, nearer = (
+        float(np.median(np.abs(each.distance[rest]))) if rest.any() else 0.0 for each in (exact, other)
+    )
+    return exact.exact_share > 0.5 or near <= 2.0 * nearer
 
 
 def best_of(claims: list[Claim]) -> Claim:

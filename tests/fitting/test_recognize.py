@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmark.cases import CASE_SETS
 from fitting.config import Config
 from fitting.errors import InvalidOptionError, InvalidPointCloudError
-from fitting.primitives import KINDS, Cone, Cylinder, Primitive, Torus, parameters
+from fitting.primitives import KINDS, Cone, Cylinder, Primitive, Sphere, Torus, parameters
 from fitting.recognize import recognize
 from fitting.result import Recognition
 from synthetic import RECIPES, cloud
@@ -408,3 +409,12 @@ def test_a_few_points_on_a_bent_tube_are_a_torus() -> None:
         answer = recognize(points)
         assert answer.status == "fitted" and isinstance(answer.primitive, Torus)
         assert answer.error is not None and answer.error.rms < 8e-4
+
+
+def test_a_ball_on_the_rings_of_a_spinning_laser_is_no_cone_about_the_laser() -> None:
+    """Noise along the ray leaves each ring on its cone: 7 % of these points to the last digit."""
+    case = CASE_SETS["sensor"].draw(1201, 176)
+    answer = recognize(case.points)
+    assert answer.status == "fitted" and isinstance(answer.primitive, Sphere)
+    cone = recognize(case.points, Config(kinds=("cone",)))
+    assert cone.noise is not None and cone.noise.exact_share > 0.05
