@@ -426,8 +426,9 @@ class Uncertainty(BaseModel):
 Evidence = Annotated[
     float | None,
     Field(
-        description="natural logarithm of the kind's probability over that of the likeliest kind: 0 for that "
-        "one, negative for the others; null if the kind was not weighed"
+        description="natural logarithm of the kind's probability over that of the best kind: 0 for that one, "
+        "negative for the others, but for those refused by themselves or equal within `tolerance`; null if "
+        "the kind was not weighed"
     ),
 ]
 _ITS_EXTENTS = "where it begins and ends; null if its points span no surface"

@@ -19,6 +19,9 @@ from fitting.refine import linearize
 OUTLIER = 4.0
 """Points farther than this many noise scales are rejected as outliers: of normal noise 1 in 16,000."""
 
+OUTLIERS = 0.05
+"""Share of a cloud that is outliers, before anything is known of it; they are uniform over its extent."""
+
 EXACT_REACH = 0.05
 """Beside exact points no other is an outlier up to this share of the extent: it is a deformation. Beyond,
 others may be a surface of their own: nearer ones are about its edges, where neighbours are on both."""
@@ -174,11 +177,10 @@ def _least(cloud: Cloud) -> float:
 
 
 def _outliers(inlier: np.ndarray, cloud: Cloud) -> float:
-    """Log-probability of the outliers, which come together, too: as many count as patches have room for.
-
-    They are uniform over the extent; that points are any is neither likely nor unlikely beforehand.
-    """
-    return -min(len(inlier), PATCHES) * float(1.0 - inlier.mean()) * float(np.log(cloud.extent))
+    """Log-probability of the outliers, which come together, too: as many count as patches have room for."""
+    count = min(len(inlier), PATCHES)
+    outliers = count * float(1.0 - inlier.mean())
+    return outliers * float(np.log(OUTLIERS / cloud.extent)) + (count - outliers) * float(np.log1p(-OUTLIERS))
 
 
 def _sizes(primitive: Primitive, spread: Array, extent: float) -> float:

@@ -79,8 +79,9 @@ class NoiseSummary:
 class Attempt:
     """One kind that was tried: what it reached and why it was accepted, refused, or failed.
 
-    `evidence` is the natural logarithm of its probability over that of the likeliest kind, 0 for that; None
-    where it was not weighed.
+    `evidence` is the natural logarithm of its probability over that of the best kind: 0 for that, negative
+    for the others but those refused by themselves or equal within the tolerance; None where it was not
+    weighed.
     """
 
     kind: str

@@ -23,13 +23,13 @@ FORM = 2e-3
 """A smooth deviation is one of sensor or part, and no other shape, where it is no larger than the noise, or
 than this share of the extent: 0.2 mm on a hand's breadth, flatness K of ISO 2768-2, the usual one."""
 
-SCATTER = 0.04
+SCATTER = 0.03
 """Noise beyond this share of the extent is a volume rather than a surface."""
 
 PART = 0.22
-"""Share of the points beyond which a subset is no accident: exact ones are the surface (two generatrices of a
-cylinder or cone in a regular grid reach it), those near a surface must be more, beside the ones that its
-parameters may choose, and rejected ones on a surface of their own are a second segment."""
+"""Share of the points up to which some may be of another surface: segments take along a fifth of what is
+beside them. Beyond it rejected ones on a surface of their own are a second segment; those near a surface are
+more, and so are exact ones beside a volume."""
 
 EQUAL_SHARES = 0.1
 """Exact shares that differ by less than this, relatively, are equal."""
@@ -130,7 +130,7 @@ def claim(
     refusal = _too_few(evidence, len(cloud.working), question.only)
     if not refusal and (refusal := _several(evidence, len(cloud.working))):
         foreign = max(foreign, odds)
-    settled = evidence.exact_share > PART and not evidence.on_curves
+    settled = evidence.exact_share > 0.5 and not evidence.on_curves
     found = Claim(evidence, prior, refusal, settled, odds, foreign, _words(evidence, cloud))
     if question.max_error is not None:
         mean = mean_error if question.counts_all else evidence.mean_inlier_distance / cloud.diagonal
@@ -138,7 +138,7 @@ def claim(
     if question.only and question.counts_all:
         return _as_told(found, cloud, question.tolerance)
     scattered = evidence.noise_scale > 2.0 * SCATTER * cloud.extent
-    if evidence.exact.any() and not settled and scattered and not refusal:
+    if 0.0 < evidence.exact_share <= PART and scattered and not refusal:
         return replace(found, refusal=f"{found.words}, which is no surface")
     return found
 
@@ -174,12 +174,13 @@ def _too_few(evidence: Evidence, n_points: int, only: bool) -> str:
 
 def _several(evidence: Evidence, n_points: int) -> str:
     """Why the cloud is more than this surface, or nothing."""
-    share, least = evidence.inlier_share, min(PART + evidence.free / n_points, 1.0)
+    kind, share = evidence.primitive.kind, evidence.inlier_share
+    least = min(PART + evidence.free / n_points, 1.0)
     if share < least:
-        return f"only {share:.0%} of the points are near it (at least {least:.0%})"
+        return f"only {share:.0%} of the points are near the {kind} (at least {least:.0%})"
     second = evidence.second_surface
     if second > PART:
-        far = f"{second:.0%} of the points are far from it and form a surface of their own"
+        far = f"{second:.0%} of the points are far from the {kind} and form a surface of their own"
         return f"{far} (at most {PART:.0%})"
     return ""
 
@@ -214,15 +215,13 @@ def _words(evidence: Evidence, cloud: Cloud) -> str:
 def likelier(a: Claim, b: Claim) -> bool:
     """Whether `a` is the better claim: more exact points, of equal shares the simpler kind; else its odds."""
     one, other = a.evidence, b.evidence
-    if one.exact.any() and other.exact.any():
-        if abs(one.exact_share - other.exact_share) > EQUAL_SHARES * max(one.exact_share, other.exact_share):
-            return one.exact_share > other.exact_share
+    if not (one.exact.any() or other.exact.any()):
+        return a.odds > b.odds
+    if abs(one.exact_share - other.exact_share) <= EQUAL_SHARES * max(one.exact_share, other.exact_share):
         return a.dof < b.dof
-    if one.exact.any():
+    if one.exact_share > other.exact_share:
         return _moved_off(one, other)
-    if other.exact.any():
-        return not _moved_off(other, one)
-    return a.odds > b.odds
+    return not _moved_off(other, one)
 
 
 def _moved_off(exact: Evidence, other: Evidence) -> bool:
@@ -230,13 +229,12 @@ def _moved_off(exact: Evidence, other: Evidence) -> bool:
 
     Then they are not twice as near to another surface as to it, unless they are the smaller part and of
     another. A ring of a spinning laser, whose noise is along the ray, lies exactly on a cone about the laser,
-    whatever it was seen on.
+    whatever it was seen on; every lattice has planes.
     """
-    rest = ~exact.exact
-    near, nearer = (
-        float(np.median(np.abs(each.distance[rest]))) if rest.any() else 0.0 for each in (exact, other)
-    )
-    return exact.exact_share > 0.5 or near <= 2.0 * nearer
+    if exact.exact_share > 0.5:
+        return True
+    near, nearer = (np.median(np.abs(each.distance[~exact.exact])) for each in (exact, other))
+    return bool(near <= 2.0 * nearer)
 
 
 def best_of(claims: list[Claim]) -> Claim:
@@ -257,7 +255,8 @@ def decide(claims: list[Claim], cloud: Cloud, tolerance: float) -> Decision:
     foreign, why = _foreign(likeliest, claims, cloud, tolerance)
     if foreign > likeliest.odds:
         return Decision("no_fit", likeliest, (), why)
-    same = [each for each in possible if tolerance and _agree(each, likeliest, cloud, tolerance)]
+    tells = tolerance and not likeliest.evidence.on_curves
+    same = [each for each in possible if tells and _agree(each, likeliest, cloud, tolerance)]
     best = min(same, key=lambda each: each.dof, default=likeliest)
     rivals = [
         each

@@ -175,6 +175,14 @@ def test_where_no_point_is_an_outlier_stray_ones_count(monkeypatch: Patch) -> No
     assert "cone" in kinds(answer) and inlier_share(answer) == 1.0
 
 
+def test_where_outliers_are_unlikely_a_ball_among_many_is_none(monkeypatch: Patch) -> None:
+    """`OUTLIERS`"""
+    points = stray(ball(1500, 1e-4, 7), 0.6, 7)
+    assert kinds(recognize(points)) == ["sphere"]
+    monkeypatch.setattr(fitting.evidence, "OUTLIERS", 1e-4)
+    assert kinds(recognize(points)) == []
+
+
 def test_beside_exact_points_a_large_dent_is_no_surface_of_its_own(monkeypatch: Patch) -> None:
     """`EXACT_REACH`"""
     points = ball(1500, 0.0, 9)

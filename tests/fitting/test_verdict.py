@@ -79,6 +79,31 @@ def test_two_rings_do_not_decide_for_the_sphere_through_them() -> None:
         assert other.error.max < 1e-9
 
 
+def test_a_lattice_of_coordinates_has_planes_that_are_no_surface() -> None:
+    """A plane holds 29 % of these points to the last digit; the pipe, in the same steps, is nearer to all."""
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(-50.0, 51.0, 2.0), np.arange(-50.0, 51.0, 2.0)))
+    answer = recognize(np.column_stack([x, y, np.round(np.sqrt(200.0**2 - x**2))]))
+    assert answer.status == "fitted" and isinstance(answer.primitive, Cylinder)
+
+
+def test_on_curves_a_tolerance_tells_no_more() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(40)])
+    rings = np.vstack([ring, 2.0 * ring + [0.0, 0.0, 3.0]])
+    assert recognize(rings).status == recognize(rings, Config(tolerance=1e-9)).status == "ambiguous"
+
+
+def test_what_is_wrong_names_the_kind_that_it_is_about() -> None:
+    """Of an L section the plane of one leg leaves the other; the best try may be another kind."""
+    draws = rng(12)
+    along = draws.uniform(0.0, 5.0, 500)
+    section = np.column_stack(
+        [np.minimum(along, 3.0), np.maximum(along - 3.0, 0.0), draws.uniform(-2, 2, 500)]
+    )
+    plane = recognize(section + 0.01 * draws.normal(size=(500, 3)), Config(kinds=("plane",)))
+    assert plane.status == "no_fit" and "far from the plane" in plane.message
+
+
 def test_few_points_are_no_plane_with_a_third_thrown_away() -> None:
     pipe = Cylinder([0.0, 0.0, 1.0], [0.0, 0.0, 0.0], 1.0)
     points = pipe.surface(rng(3).uniform(0.0, np.pi, 24), rng(4).uniform(-1.0, 1.0, 24))
