@@ -38,7 +38,8 @@ def head(data: Data) -> Iterator[str]:
     yield (
         f"primfit and what people use instead, on the same {clouds:,} clouds: who is right how often, how "
         "exact, how fast. One process, one thread, warm; the methods take turns cloud by cloud, and one "
-        f"that has changed since is measured anew by itself; {', '.join(machines)}. `make bench-full` runs "
+        "that has changed since is measured anew by itself; one with fewer clouds of a set has the first of "
+        f"them; {', '.join(machines)}. `make bench-full` runs "
         "all of it; the commands below make a part each. [benchmarking.md](benchmarking.md) says more; "
         "[benchmark-details.md](benchmark-details.md) has every table by perturbation, size and level."
     )
