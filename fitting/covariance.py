@@ -160,4 +160,5 @@ class Linear:
 def _alike(independent: Array, found: Array, bread: Array) -> float:
     """The variance of steps under independent noise over what was found, in the mean over what is known."""
     known = np.linalg.inv(bread)
-    return float(np.sum(independent * known) / np.sum(found * known))
+    total = float(np.sum(found * known))
+    return float(np.sum(independent * known)) / total if total > 0.0 else 1.0
