@@ -9,11 +9,13 @@ from functools import partial
 import numpy as np
 import pytest
 
+import fitting.agreement
 import fitting.cloud
 import fitting.evidence
 import fitting.fields
 import fitting.patches
 import fitting.verdict
+from fitting.config import Config
 from fitting.geometry import Array
 from fitting.patches import patches_of, strips_of
 from fitting.primitives import KINDS, Cone
@@ -160,6 +162,26 @@ def test_parameters_that_cost_too_much_hide_that_a_sheet_is_a_dome(monkeypatch: 
     for module in (fitting.fields, fitting.verdict):
         monkeypatch.setattr(module, "PRIOR", 1e3)
     assert kinds(recognize(points)) == []
+
+
+# -- agreement ----------------------------------------------------------------------------------------------
+
+
+def test_fields_are_neither_certain_nor_impossible(monkeypatch: Patch) -> None:
+    """`FIELDS`: intervals are too long under independent noise, or too short under waves."""
+
+    def deviation(points: Array, kind: str) -> float:
+        known = recognize(points, Config(kinds=(kind,))).uncertainty
+        assert known is not None and known.covariance is not None
+        return float(np.sqrt(np.abs(np.asarray(known.covariance)).max()))
+
+    white, wavy = ball(1000, 0.005, 2), sheet(1000, 0.005, 0)
+    wavy[:, 2] += 0.005 * np.sin(9.0 * wavy[:, 0] + 1.0) * np.sin(7.0 * wavy[:, 1])
+    usual = deviation(white, "sphere"), deviation(wavy, "plane")
+    monkeypatch.setattr(fitting.agreement, "FIELDS", 0.9)
+    assert deviation(white, "sphere") > 1.3 * usual[0]
+    monkeypatch.setattr(fitting.agreement, "FIELDS", 1e-100)
+    assert deviation(wavy, "plane") < 0.8 * usual[1]
 
 
 # -- evidence -----------------------------------------------------------------------------------------------
