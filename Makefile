@@ -57,20 +57,21 @@ test-torch: $(VENV_TORCH)/.torch
 lint: $(VENV)/.dev
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
-	$(VENV)/bin/mypy
+	$(VENV)/bin/mypy --package primfit
+	$(VENV)/bin/mypy docs/constants.py
 	$(VENV)/bin/lint-imports
 
 # Both classifiers learn from the same clouds, which are drawn once and kept under build/ for this run only.
 weights: $(VENV)/.serving $(VENV_TORCH)/.torch
 	rm -rf build/clouds
-	$(VENV_TORCH)/bin/python -m models.training.network --processes $(PROCESSES) --cache build/clouds --curves build/network-curves.json
-	$(VENV_TORCH)/bin/python -m models.training.knn --processes $(PROCESSES) --cache build/clouds
+	$(VENV_TORCH)/bin/python -m primfit.models.training.network --processes $(PROCESSES) --cache build/clouds --curves build/network-curves.json
+	$(VENV_TORCH)/bin/python -m primfit.models.training.knn --processes $(PROCESSES) --cache build/clouds
 	$(MAKE) example
 
 # After `make weights`, on the same clouds: the design that lost, and the figures of all in docs/.
 training-figures: $(VENV_TORCH)/.torch
-	$(VENV_TORCH)/bin/python -m models.training.pointnet --epochs 8 --cache build/clouds --curves build/pointnet-curves.json > build/pointnet.json
-	$(VENV_TORCH)/bin/python -m models.training.report --pointnet build/pointnet.json \
+	$(VENV_TORCH)/bin/python -m primfit.models.training.pointnet --epochs 8 --cache build/clouds --curves build/pointnet-curves.json > build/pointnet.json
+	$(VENV_TORCH)/bin/python -m primfit.models.training.report --pointnet build/pointnet.json \
 		--curves build/network-curves.json build/pointnet-curves.json
 
 # The OpenAPI document shows a real answer; it names the weights and follows every change of the numbers.
@@ -102,11 +103,11 @@ image:
 	$(ENGINE) build --build-arg BASE_IMAGE=$(BASE_IMAGE) $(IMAGE_FLAGS) --tag primfit:$(VERSION) .
 
 clean:
-	rm -rf $(VENV) $(VENV_TORCH) $(VENV_PEERS) build dist primfit.egg-info fitting/_descent.c fitting/_descent.*.so
+	rm -rf $(VENV) $(VENV_TORCH) $(VENV_PEERS) build dist src/primfit.egg-info fitting/*/_*.c fitting/*/_*.so
 
 # A virtual environment and, in it, one stamp for each thing installed; all are redone when pyproject.toml or
 # what is compiled changes.
-BUILT = pyproject.toml $(wildcard fitting/*.pyx fitting/*.h)
+BUILT = pyproject.toml $(wildcard fitting/*/*.pyx fitting/*/*.h)
 
 %/.python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "primfit needs Python 3.11 or newer, but $(PYTHON) is " + sys.version.split()[0] + ". Name a newer one: make PYTHON=python3.12 $(MAKECMDGOALS)")'

@@ -1,8 +1,8 @@
-"""`python -m benchmark`: the same as `primfit bench`."""
+"""`python -m primfit.benchmark`: the same as `primfit bench`."""
 
 import sys
 
-from benchmark.command import bench
+from .command import bench
 
 if __name__ == "__main__":
-    sys.exit(bench(program="python -m benchmark"))
+    sys.exit(bench(program="python -m primfit.benchmark"))

@@ -8,14 +8,15 @@ take the deviation away.
 import numpy as np
 from numpy.random import Generator
 
-from benchmark.measures import diagonal
-from fitting.geometry import Array
-from fitting.primitives import Primitive
-from fitting.refine import linearize
-from synthetic import SyntheticCloud
-from synthetic.bows import DEVIATIONS, draw_piece
-from synthetic.recipes import Range
-from synthetic.scanner import log_uniform, random_rotation
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.solver.refine import linearize
+from primfit.synthetic import SyntheticCloud
+from primfit.synthetic.bows import DEVIATIONS, draw_piece
+from primfit.synthetic.recipes import Range
+from primfit.synthetic.scanner import log_uniform, random_rotation
+
+from .measures import diagonal
 
 POINTS = Range(200, 50_000)
 NOISE = Range(2e-4, 5e-3)

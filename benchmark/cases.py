@@ -13,20 +13,21 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchmark import bows, cone_arcs, prisms
-from benchmark.measures import diagonal
-from benchmark.nearest import off_every_kind
-from benchmark.pieces import BOW, CLEAR, GAINS, NOISE_LAWS, PAIRS_OF, pair_cloud, round_cloud
-from fitting.geometry import Array
-from fitting.primitives import KINDS, Primitive
-from synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
-from synthetic.bows import DEVIATIONS, DEVIATIONS_OF
-from synthetic.clouds import MOVES
-from synthetic.foreign import cloud_and_shape
-from synthetic.noise import rounded
-from synthetic.perturb import random_subset, uniform_noise
-from synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES, Range
-from synthetic.sections import SECTIONS
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import KINDS, Primitive
+from primfit.synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
+from primfit.synthetic.bows import DEVIATIONS, DEVIATIONS_OF
+from primfit.synthetic.clouds import MOVES
+from primfit.synthetic.foreign import cloud_and_shape
+from primfit.synthetic.noise import rounded
+from primfit.synthetic.perturb import random_subset, uniform_noise
+from primfit.synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES, Range
+from primfit.synthetic.sections import SECTIONS
+
+from . import bows, cone_arcs, prisms
+from .measures import diagonal
+from .nearest import off_every_kind
+from .pieces import BOW, CLEAR, GAINS, NOISE_LAWS, PAIRS_OF, pair_cloud, round_cloud
 
 Level = str | float
 L = TypeVar("L")

@@ -19,11 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmark import sources
-from benchmark.methods import METHODS, Answer, Method, load
-from fitting.geometry import Array
-from fitting.primitives import KINDS, PRIMITIVES, parameters
-from synthetic import BenchmarkRecipe, cloud
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import KINDS, PRIMITIVES, parameters
+from primfit.synthetic import BenchmarkRecipe, cloud
+
+from . import sources
+from .methods import METHODS, Answer, Method, load
 
 MEMORY_SHARE = 0.75
 """Of the machine's memory, that a method may take before it gets a `MemoryError`."""
@@ -125,7 +126,7 @@ def versions(method: Method) -> dict[str, str]:
     """Of the package and what it runs on; `source` tells one state of primfit's own code from another."""
     packages = dict.fromkeys([method.package, "numpy", "scipy"])
     found = {name: installed(name) for name in packages} | {"python": platform.python_version()}
-    module = METHODS[method.name].partition(":")[0].replace(".", "/")
+    module = METHODS[method.name].partition(":")[0].removeprefix("primfit.").replace(".", "/")
     files = [sources.ROOT / f"{module}.py"]
     files += sources.own_files() if method.package == "primfit" else []
     return found | {"source": sources.digest(files)}

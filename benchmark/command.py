@@ -1,4 +1,4 @@
-"""`primfit bench`, also as `python -m benchmark`: run methods over case sets, and write the report."""
+"""`primfit bench`, or `python -m primfit.benchmark`: run methods over case sets, and write the report."""
 
 import argparse
 import shlex
@@ -10,25 +10,26 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from benchmark import coverage, drawing
-from benchmark.cases import CASE_SETS, Case, CaseSet
-from benchmark.methods import METHODS, PEERS
-from benchmark.options import make_parser
-from benchmark.proofs import PROOFS
-from benchmark.proofs.records import Key, ProofRecord, ProofsFile, prove_all
-from benchmark.real import MANIFEST, REAL, RealError, RealFolder, is_there
-from benchmark.records import Record, RecordsFile
-from benchmark.report import MissingMatplotlibError, NoRecordsError, write
-from benchmark.report.added import draw_added
-from benchmark.report.coverage import write_coverage
-from benchmark.report.pictures import require_matplotlib
-from benchmark.report.proofs import proven
-from benchmark.runner import Child, MethodError, Work, begin, interpreter, introduce, run
-from benchmark.service import busy, livez_line, measure, slowest_livez, table
-from benchmark.serving import ServiceError
-from benchmark.summary import summary, wrong_line
-from benchmark.track import TRACK, TrackError, TrackFolder
-from synthetic import RECIPES
+from primfit.synthetic import RECIPES
+
+from . import coverage, drawing
+from .cases import CASE_SETS, Case, CaseSet
+from .methods import METHODS, PEERS
+from .options import make_parser
+from .proofs import PROOFS
+from .proofs.records import Key, ProofRecord, ProofsFile, prove_all
+from .real import MANIFEST, REAL, RealError, RealFolder, is_there
+from .records import Record, RecordsFile
+from .report import MissingMatplotlibError, NoRecordsError, write
+from .report.added import draw_added
+from .report.coverage import write_coverage
+from .report.pictures import require_matplotlib
+from .report.proofs import proven
+from .runner import Child, MethodError, Work, begin, interpreter, introduce, run
+from .service import busy, livez_line, measure, slowest_livez, table
+from .serving import ServiceError
+from .summary import summary, wrong_line
+from .track import TRACK, TrackError, TrackFolder
 
 DEFAULT_METHOD = next(iter(METHODS))
 BAD_INPUT, INTERRUPTED = 2, 130

@@ -10,15 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from benchmark.measures import diagonal
-from benchmark.pieces import ORIGIN, noisy
-from fitting.geometry import Z_AXIS, Array
-from fitting.normalize import Frame
-from fitting.primitives import Cone, Cylinder, Primitive
-from fitting.refine import refine
-from synthetic import SyntheticCloud
-from synthetic.recipes import Range
-from synthetic.scanner import log_uniform
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.geometry.vectors import Z_AXIS, Array
+from primfit.fitting.primitives import Cone, Cylinder, Primitive
+from primfit.fitting.solver.refine import refine
+from primfit.synthetic import SyntheticCloud
+from primfit.synthetic.recipes import Range
+from primfit.synthetic.scanner import log_uniform
+
+from .measures import diagonal
+from .pieces import ORIGIN, noisy
 
 HALF_ANGLE, ARC = Range(20.0, 60.0), Range(30.0, 60.0)
 """Degrees, uniform."""

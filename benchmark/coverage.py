@@ -19,25 +19,26 @@ from numpy.random import Generator
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from benchmark.cases import SCAN
-from benchmark.measures import diagonal
-from benchmark.pieces import feet
-from fitting.config import Config
-from fitting.coordinates import DIRECTIONS, derivative, is_length, names_of, values_of
-from fitting.coverage import arcs_of
-from fitting.geometry import Array
-from fitting.intervals import spread
-from fitting.normalize import Frame
-from fitting.primitives import KINDS, Cone, Primitive, Torus
-from fitting.recognize import recognize
-from fitting.refine import linearize
-from fitting.uncertainty import Uncertainty
-from fitting.warnings import HALF_TURN, SHORT_ARC, WEAK_AXIS, WEAK_SIZE
-from synthetic import cloud
-from synthetic.bows import DEVIATIONS, DEVIATIONS_OF, piece_of
-from synthetic.noise import sigma_weights
-from synthetic.recipes import Range
-from synthetic.scanner import STEEPEST, log_uniform
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import KINDS, Cone, Primitive, Torus
+from primfit.fitting.primitives.chart import DIRECTIONS, derivative, is_length, names_of, values_of
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from primfit.fitting.solver.refine import linearize
+from primfit.fitting.uncertainty.arcs import arcs_of
+from primfit.fitting.uncertainty.intervals import spread
+from primfit.fitting.uncertainty.values import Uncertainty
+from primfit.fitting.uncertainty.warnings import HALF_TURN, SHORT_ARC, WEAK_AXIS, WEAK_SIZE
+from primfit.synthetic import cloud
+from primfit.synthetic.bows import DEVIATIONS, DEVIATIONS_OF, piece_of
+from primfit.synthetic.noise import sigma_weights
+from primfit.synthetic.recipes import Range
+from primfit.synthetic.scanner import STEEPEST, log_uniform
+
+from .cases import SCAN
+from .measures import diagonal
+from .pieces import feet
 
 LAWS = (
     "independent",

@@ -4,7 +4,7 @@ import time
 from dataclasses import dataclass, replace
 from itertools import count
 
-from synthetic import RECIPES, cloud
+from primfit.synthetic import RECIPES, cloud
 
 BARS = {"benchmark": 2000, "scanner": 1000}
 """Clouds a minute that drawing in training and in the benchmark rests on."""

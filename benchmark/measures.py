@@ -10,11 +10,11 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fitting.geometry import Array, basis
-from fitting.normalize import Frame
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from fitting.primitives.shrec22 import to_vector
-from fitting.refine import refine
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.geometry.vectors import Array, basis
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.shrec22 import to_vector
+from primfit.fitting.solver.refine import refine
 
 DIRECTIONS = {"plane": slice(0, 3), "cylinder": slice(1, 4), "cone": slice(1, 4), "torus": slice(2, 5)}
 """Where the direction stands in the track's vectors; its sign is free."""

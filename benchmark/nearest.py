@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from fitting.cloud import Cloud
-from fitting.geometry import Array
-from fitting.primitives import KINDS
-from fitting.search import Fit, fit_kind
+from primfit.fitting.cloud.cloud import Cloud
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import KINDS
+from primfit.fitting.search.kind import Fit, fit_kind
 
 ENOUGH = 500
 """Points that a deviation is computed from: two digits."""

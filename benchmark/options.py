@@ -5,10 +5,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchmark.cases import CASE_SETS
-from benchmark.coverage import LAWS
-from benchmark.methods import METHODS
-from benchmark.proofs import PROOFS
+from .cases import CASE_SETS
+from .coverage import LAWS
+from .methods import METHODS
+from .proofs import PROOFS
 
 FOLDER = Path("build/bench")
 """Where records are kept unless something else is said."""

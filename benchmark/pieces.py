@@ -10,13 +10,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.random import Generator
 
-from benchmark.measures import diagonal
-from fitting.geometry import Z_AXIS, Array
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from fitting.refine import refine
-from synthetic import SyntheticCloud
-from synthetic.recipes import Range
-from synthetic.scanner import log_uniform, random_rotation
+from primfit.fitting.geometry.vectors import Z_AXIS, Array
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.solver.refine import refine
+from primfit.synthetic import SyntheticCloud
+from primfit.synthetic.recipes import Range
+from primfit.synthetic.scanner import log_uniform, random_rotation
+
+from .measures import diagonal
 
 ORIGIN = np.zeros(3)
 X_AXIS, Y_AXIS = np.eye(3)[:2]

@@ -3,14 +3,15 @@
 import numpy as np
 from numpy.random import Generator
 
-from benchmark.measures import diagonal
-from benchmark.pieces import ORIGIN
-from fitting.geometry import Z_AXIS, Array
-from fitting.primitives import Cylinder, Primitive
-from synthetic import SyntheticCloud
-from synthetic.recipes import Range
-from synthetic.scanner import log_uniform, random_rotation
-from synthetic.sections import bar, deviation, section
+from primfit.fitting.geometry.vectors import Z_AXIS, Array
+from primfit.fitting.primitives import Cylinder, Primitive
+from primfit.synthetic import SyntheticCloud
+from primfit.synthetic.recipes import Range
+from primfit.synthetic.scanner import log_uniform, random_rotation
+from primfit.synthetic.sections import bar, deviation, section
+
+from .measures import diagonal
+from .pieces import ORIGIN
 
 POINTS = Range(200, 20_000)
 LENGTH = Range(1.0, 5.0)

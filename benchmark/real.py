@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmark.cases import Buckets, Case, Description, bucket
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
+
+from .cases import Buckets, Case, Description, bucket
 
 REAL = "real"
 """The name of the set that a folder makes."""

@@ -13,17 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmark.cases import Case, Level
-from benchmark.measures import (
-    diagonal,
-    fitting_errors,
-    is_right,
-    reference_errors,
-    sampled_errors,
-    truth_errors,
-)
-from benchmark.track import TRACK
-from fitting.primitives import PRIMITIVES, Primitive, parameters
+from primfit.fitting.primitives import PRIMITIVES, Primitive, parameters
+
+from .cases import Case, Level
+from .measures import diagonal, fitting_errors, is_right, reference_errors, sampled_errors, truth_errors
+from .track import TRACK
 
 Key = tuple[str, int, str, str]
 

@@ -17,10 +17,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from benchmark.cases import Case
-from benchmark.methods import PEERS
-from benchmark.records import Outcome, Record, RecordsFile, Scored
-from benchmark.sources import ROOT
+from .cases import Case
+from .methods import PEERS
+from .records import Outcome, Record, RecordsFile, Scored
+from .sources import ROOT
 
 THREADS = ("OMP", "OPENBLAS", "MKL", "RAYON", "NUMEXPR", "NUMBA", "TBB")
 """Each with `_NUM_THREADS`: how libraries are told to stay on one thread."""
@@ -57,7 +57,7 @@ class Child:
 
     python: Path
     log: Path
-    program: tuple[str, ...] = ("-m", "benchmark.child")
+    program: tuple[str, ...] = ("-m", "primfit.benchmark.child")
     process: subprocess.Popen[bytes] | None = None
     connection: Any = None
     loaded: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -106,7 +106,7 @@ class Child:
         with self.log.open("ab") as log:
             self.process = subprocess.Popen(
                 [self.python, *self.program, str(theirs.fileno())],
-                env=environment | {"PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "0"},
+                env=environment | {"PYTHONPATH": str(ROOT / "src"), "PYTHONHASHSEED": "0"},
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
                 stdout=log,

@@ -6,9 +6,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchmark.records import Record
-from fitting.geometry import Array
-from fitting.primitives import KINDS
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import KINDS
+
+from .records import Record
 
 G = TypeVar("G")
 

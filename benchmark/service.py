@@ -18,13 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmark.cases import Case
-from benchmark.runner import Child
-from benchmark.serving import PATIENCE, ServiceError, connect, get, on_one_processor, post, serving
-from fitting.geometry import Array
-from fitting.primitives import KINDS
-from synthetic import ScannerRecipe, cloud
-from synthetic.recipes import Range
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import KINDS
+from primfit.synthetic import ScannerRecipe, cloud
+from primfit.synthetic.recipes import Range
+
+from .cases import Case
+from .runner import Child
+from .serving import PATIENCE, ServiceError, connect, get, on_one_processor, post, serving
 
 METHOD = "primfit"
 SIZES = (100, 3000, 10_000)

@@ -62,7 +62,16 @@ def serving(log: Path, workers: int = 1) -> Iterator[int]:
         port = free.getsockname()[1]
     with log.open("ab") as output:
         process = subprocess.Popen(
-            [sys.executable, "-m", "app.cli", "serve", "--port", str(port), "--workers", str(workers)],
+            [
+                sys.executable,
+                "-m",
+                "primfit",
+                "serve",
+                "--port",
+                str(port),
+                "--workers",
+                str(workers),
+            ],
             stdout=output,
             stderr=output,
         )

@@ -4,11 +4,11 @@ import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).resolve().parents[1]
 SOURCES = (
     ("fitting", "**/*.py"),
-    ("fitting", "*.pyx"),
-    ("fitting", "*.h"),
+    ("fitting", "**/*.pyx"),
+    ("fitting", "**/*.h"),
     ("models", "*.py"),
     ("models/weights", "*.npz"),
 )

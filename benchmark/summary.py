@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from rich.table import Table
 
-from benchmark.records import Record
-from benchmark.scores import answered, grouped, seconds, share, spread
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
+
+from .records import Record
+from .scores import answered, grouped, seconds, share, spread
 
 CAPTION = (
     "other: another kind; amb., none: ambiguous, no_fit. Errors and times are medians, a wrong answer is "

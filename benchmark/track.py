@@ -13,10 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmark.cases import CASE_SETS, Case, Description, track_groups
-from fitting.primitives import Primitive
-from fitting.primitives.shrec22 import from_vector, to_vector
-from synthetic.perturb import TYPES, Perturbation
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.shrec22 import from_vector, to_vector
+from primfit.synthetic.perturb import TYPES, Perturbation
+
+from .cases import CASE_SETS, Case, Description, track_groups
 
 TRACK = "shrec22"
 """The name of the set that a folder makes."""

@@ -10,8 +10,15 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "pipeline.md"
-FILES = tuple(
-    f"fitting/{name}.py" for name in ("noise", "patches", "fields", "agreement", "evidence", "verdict")
+FILES = (
+    "fitting/noise/rounding.py",
+    "fitting/noise/scale.py",
+    "fitting/noise/exact.py",
+    "fitting/cloud/patches.py",
+    "fitting/noise/fields.py",
+    "fitting/uncertainty/agreement.py",
+    "fitting/verdict/evidence.py",
+    "fitting/verdict/judge.py",
 )
 """The noise model and the verdict, in the order of the page."""
 

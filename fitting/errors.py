@@ -1,5 +1,7 @@
 """The two mistakes a caller can make; everything else is an outcome, not an error."""
 
+from dataclasses import dataclass
+
 
 class InvalidPointCloudError(ValueError):
     """The points cannot be a cloud of any allowed kind; the message holds the numbers that say why."""
@@ -15,3 +17,13 @@ class InvalidOptionError(ValueError):
     def __init__(self, message: str, field: str) -> None:
         super().__init__(message)
         self.field = field
+
+
+@dataclass(frozen=True)
+class FailedFit:
+    """A fit that cannot be had, as a falsy value with a sentence that says why."""
+
+    reason: str
+
+    def __bool__(self) -> bool:
+        return False

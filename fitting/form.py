@@ -11,15 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fitting.cloud import Cloud
-from fitting.criteria import cheapest_minimum
-from fitting.errors import InvalidPointCloudError
-from fitting.geometry import Array
-from fitting.normalize import Frame
-from fitting.primitives import Primitive
-from fitting.refine import stepped
-from fitting.result import FailedFit
-from fitting.zones import minimum_zone
+from .cloud.cloud import Cloud
+from .cloud.frame import Frame
+from .errors import FailedFit, InvalidPointCloudError
+from .geometry.vectors import Array
+from .primitives import Primitive
+from .search.criteria import cheapest_minimum
+from .solver.refine import stepped
+from .zones.extreme import minimum_zone
 
 NAMES = {
     "plane": "flatness",

@@ -5,23 +5,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fitting.appraise import uncertainty_of
-from fitting.classifier import Classifier
-from fitting.cloud import Cloud
-from fitting.config import COUNTING_ALL, EXTREME, Config, takes_no
-from fitting.distances import summarize, summarize_noise
-from fitting.errors import InvalidPointCloudError
-from fitting.evidence import Evidence
-from fitting.extents import Extents, extents_of
-from fitting.geometry import Array
-from fitting.limits import Limits, dof_within
-from fitting.primitives import KINDS, Primitive
-from fitting.reach import check_reach
-from fitting.residuals import Inliers
-from fitting.result import Alternative, Attempt, FailedFit, Recognition
-from fitting.search import distance_to, fit_kind
-from fitting.uncertainty import Uncertainty
-from fitting.verdict import Claim, Decision, Question, best_of, claim, decide, may_overtake
+from .answer.figures import summarize, summarize_noise
+from .answer.residuals import Inliers
+from .answer.result import Alternative, Attempt, Recognition
+from .cloud.cloud import Cloud
+from .errors import FailedFit, InvalidPointCloudError
+from .extents import Extents, extents_of
+from .geometry.vectors import Array
+from .primitives import KINDS, Primitive
+from .request.config import COUNTING_ALL, EXTREME, Config, takes_no
+from .request.reach import check_reach
+from .search.kind import fit_kind
+from .search.starts import distance_to
+from .solver.limits import Limits, dof_within
+from .uncertainty.appraise import uncertainty_of
+from .uncertainty.values import Uncertainty
+from .verdict.classifier import Classifier
+from .verdict.evidence import Evidence
+from .verdict.judge import Claim, Decision, Question, best_of, claim, decide, may_overtake
 
 DEFAULT_CONFIG = Config()
 

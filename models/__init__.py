@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from fitting.classifier import Classifier
+from primfit.fitting.verdict.classifier import Classifier
 
 __all__ = ["CLASSIFIERS", "load_classifier"]
 
@@ -23,11 +23,11 @@ def load_classifier(name: str) -> Classifier | None:
     if name == "none":
         return None
     if name == "network":
-        from models.network import NetworkClassifier
+        from .network import NetworkClassifier
 
         return NetworkClassifier.shipped()
     if name == "knn":
-        from models.knn import KnnClassifier
+        from .knn import KnnClassifier
 
         return KnnClassifier.shipped()
     raise ValueError(f"classifier must be one of {', '.join(CLASSIFIERS)}, not {name!r}")

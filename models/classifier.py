@@ -7,9 +7,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fitting.primitives import KINDS
-from models.features import features
-from models.weights import load
+from primfit.fitting.primitives import KINDS
+
+from .features import features
+from .weights import load
 
 Array = NDArray[np.float64]
 

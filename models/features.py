@@ -12,7 +12,7 @@ Sources: Tang et al., "Histogram of oriented normal vectors for object recogniti
 import numpy as np
 from numpy.typing import NDArray
 
-from models.rough import N_ROUGH, evenly, rough_features
+from .rough import N_ROUGH, evenly, rough_features
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fitting.primitives import KINDS
-from models.classifier import FeatureClassifier
-from models.features import N_FEATURES
+from primfit.fitting.primitives import KINDS
+
+from .classifier import FeatureClassifier
+from .features import N_FEATURES
 
 Array = NDArray[np.float64]
 

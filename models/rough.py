@@ -8,10 +8,10 @@ best.
 import numpy as np
 from numpy.typing import NDArray
 
-from fitting.axes import RevolutionAxis, Seen, revolution_axis
-from fitting.geometry import rows
-from fitting.primitives import KINDS, Cone, Cylinder, Sphere, Torus
-from fitting.refine import compete
+from primfit.fitting.geometry.axes import RevolutionAxis, Seen, revolution_axis
+from primfit.fitting.geometry.vectors import rows
+from primfit.fitting.primitives import KINDS, Cone, Cylinder, Sphere, Torus
+from primfit.fitting.solver.refine import compete
 
 Array = NDArray[np.float64]
 

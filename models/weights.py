@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fitting.primitives import KINDS
-from models.features import FEATURE_VERSION
+from primfit.fitting.primitives import KINDS
+
+from .features import FEATURE_VERSION
 
 DIRECTORY = Path(__file__).with_name("weights")
 

@@ -1,9 +1,9 @@
 """Labelled point clouds on demand: like those of the SHREC 2022 benchmark, of a virtual scanner, of
 named sensors, of foreign shapes."""
 
-from synthetic.clouds import SyntheticCloud
-from synthetic.draw import cloud, clouds
-from synthetic.recipes import (
+from .clouds import SyntheticCloud
+from .draw import cloud, clouds
+from .recipes import (
     PERTURBATIONS,
     RECIPES,
     BenchmarkRecipe,
@@ -12,7 +12,7 @@ from synthetic.recipes import (
     ScannerRecipe,
     SensorRecipe,
 )
-from synthetic.shrec import batch, sample_cloud
+from .shrec import batch, sample_cloud
 
 __all__ = [
     "PERTURBATIONS",

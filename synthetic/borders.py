@@ -4,10 +4,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from synthetic.effects import Seen
-from synthetic.fields import Rough
-from synthetic.recipes import Range
-from synthetic.scanner import log_uniform
+from .effects import Seen
+from .fields import Rough
+from .recipes import Range
+from .scanner import log_uniform
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from synthetic.canonical import ORIGIN, TURN, Z_AXIS
-from synthetic.recipes import Range
-from synthetic.scanner import log_uniform, random_rotation
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+
+from .canonical import ORIGIN, TURN, Z_AXIS
+from .recipes import Range
+from .scanner import log_uniform, random_rotation
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from synthetic.recipes import Range
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+
+from .recipes import Range
 
 Array = NDArray[np.float64]
 Span = tuple[float, float]

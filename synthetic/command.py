@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from fitting.primitives.shrec22 import to_vector
-from synthetic.clouds import SyntheticCloud
-from synthetic.draw import clouds
-from synthetic.picture import draw, require_matplotlib
-from synthetic.recipes import RECIPES
+from primfit.fitting.shrec22 import to_vector
+
+from .clouds import SyntheticCloud
+from .draw import clouds
+from .picture import draw, require_matplotlib
+from .recipes import RECIPES
 
 PICTURED = 30
 ATTRIBUTES = (

@@ -1,6 +1,6 @@
 """Benchmark clouds against the benchmark's own training set, as tables of quantiles:
 
-    python -m synthetic.compare PATH/train_parameters.csv.gz [--n 800] [--seed 1]
+    python -m primfit.synthetic.compare PATH/train_parameters.csv.gz [--n 800] [--seed 1]
 
 The file has a line `id,n_points,label,parameters...` for each of the 46,000 training clouds, in blocks of
 5,000 (A9: 1,000) of one perturbation type. It is only read.
@@ -16,10 +16,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fitting.primitives import KINDS, Primitive
-from fitting.primitives.shrec22 import from_vector
-from synthetic.recipes import PERTURBATIONS, TRAINING_COUNTS
-from synthetic.shrec import batch
+from primfit.fitting.primitives import KINDS, Primitive
+from primfit.fitting.shrec22 import from_vector
+
+from .recipes import PERTURBATIONS, TRAINING_COUNTS
+from .shrec import batch
 
 Array = NDArray[np.float64]
 

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
-from synthetic.canonical import ORIGIN
-from synthetic.effects import Effect, Seen, White
-from synthetic.patches import Patch
-from synthetic.telling import nearest_cones, nearest_cylinders, settled
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
+
+from .canonical import ORIGIN
+from .effects import Effect, Seen, White
+from .patches import Patch
+from .telling import nearest_cones, nearest_cylinders, settled
 
 Array = NDArray[np.float64]
 

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
-from synthetic.clouds import SyntheticCloud
-from synthetic.foreign import foreign_cloud
-from synthetic.recipes import BenchmarkRecipe, ForeignRecipe, Recipe, SensorRecipe
-from synthetic.scanner import scanner_cloud
-from synthetic.sensing import sensor_cloud
-from synthetic.shrec import benchmark_cloud
+from .clouds import SyntheticCloud
+from .foreign import foreign_cloud
+from .recipes import BenchmarkRecipe, ForeignRecipe, Recipe, SensorRecipe
+from .scanner import scanner_cloud
+from .sensing import sensor_cloud
+from .shrec import benchmark_cloud
 
 
 def cloud(recipe: Recipe, index: int) -> SyntheticCloud:

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from fitting.primitives import Plane, Sphere, Torus
-from synthetic.fields import Field, Smooth
-from synthetic.patches import Patch
+from primfit.fitting.primitives import Plane, Sphere, Torus
+
+from .fields import Field, Smooth
+from .patches import Patch
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from fitting.primitives import KINDS
-from synthetic.clouds import SyntheticCloud
-from synthetic.noise import sigma_weights
-from synthetic.recipes import ForeignRecipe, Range, ScannerRecipe
-from synthetic.scanner import (
+from primfit.fitting.primitives import KINDS
+
+from .clouds import SyntheticCloud
+from .noise import sigma_weights
+from .recipes import ForeignRecipe, Range, ScannerRecipe
+from .scanner import (
     MOST_DOMINANT_NEIGHBOUR,
     STANDOFF,
     STEEPEST,

@@ -7,11 +7,12 @@ cones cups and funnels; tori elbows, rings and handles. What a view leaves of th
 import numpy as np
 from numpy.random import Generator
 
-from fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
-from synthetic.canonical import ORIGIN, Z_AXIS
-from synthetic.patches import Patch, Span
-from synthetic.recipes import Range
-from synthetic.scanner import Mode, log_uniform, pick
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
+
+from .canonical import ORIGIN, Z_AXIS
+from .patches import Patch, Span
+from .recipes import Range
+from .scanner import Mode, log_uniform, pick
 
 PLANE_SIDES = Range(0.1, 1.0)
 """Shorter over longer side, log-uniform: from a skirting board to a tile."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from synthetic.recipes import NoiseLaw, Range
+from .recipes import NoiseLaw, Range
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

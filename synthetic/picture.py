@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from synthetic.clouds import SyntheticCloud
+from .clouds import SyntheticCloud
 
 COLUMNS = 6
 MOST_DRAWN = 3000

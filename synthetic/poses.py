@@ -4,7 +4,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 
 Array = NDArray[np.float64]
 

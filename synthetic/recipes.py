@@ -9,7 +9,7 @@ three times the half-extent). No points of any cloud were used.
 
 from dataclasses import dataclass
 
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
 
 
 @dataclass(frozen=True)

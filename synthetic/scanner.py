@@ -13,13 +13,14 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from fitting.primitives import PRIMITIVES, Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from synthetic.canonical import ORIGIN, TURN, Z_AXIS
-from synthetic.clouds import SyntheticCloud
-from synthetic.noise import correlated, edges, gross_outliers, rounded, sigma_weights
-from synthetic.patches import Patch
-from synthetic.recipes import ForeignRecipe, Range, ScannerRecipe
-from synthetic.telling import bearable_noise, deviation
+from primfit.fitting.primitives import PRIMITIVES, Cone, Cylinder, Plane, Primitive, Sphere, Torus
+
+from .canonical import ORIGIN, TURN, Z_AXIS
+from .clouds import SyntheticCloud
+from .noise import correlated, edges, gross_outliers, rounded, sigma_weights
+from .patches import Patch
+from .recipes import ForeignRecipe, Range, ScannerRecipe
+from .telling import bearable_noise, deviation
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.distance import pdist
 
-from synthetic.canonical import TURN
-from synthetic.recipes import Range
+from .canonical import TURN
+from .recipes import Range
 
 Array = NDArray[np.float64]
 

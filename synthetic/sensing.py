@@ -11,16 +11,17 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from fitting.primitives import PRIMITIVES, Torus
-from synthetic.borders import comet_tail, edge_fringe, ragged
-from synthetic.clouds import SHARES, SyntheticCloud
-from synthetic.deciding import decidable
-from synthetic.effects import Correlated, Effect, FormDeviation, Seen
-from synthetic.noise import gross_outliers, rounded
-from synthetic.parts import draw_part
-from synthetic.patches import Patch
-from synthetic.recipes import Range, SensorRecipe
-from synthetic.scanner import (
+from primfit.fitting.primitives import PRIMITIVES, Torus
+
+from .borders import comet_tail, edge_fringe, ragged
+from .clouds import SHARES, SyntheticCloud
+from .deciding import decidable
+from .effects import Correlated, Effect, FormDeviation, Seen
+from .noise import gross_outliers, rounded
+from .parts import draw_part
+from .patches import Patch
+from .recipes import Range, SensorRecipe
+from .scanner import (
     LINE_RATIO,
     MOST_RAYS,
     POINTS_PER_UNKNOWN,
@@ -36,7 +37,7 @@ from synthetic.scanner import (
     set_up,
     window_at,
 )
-from synthetic.sensors import FIELD_OF_VIEW, RING_PITCH, SENSORS, SPREAD, Sensor
+from .sensors import FIELD_OF_VIEW, RING_PITCH, SENSORS, SPREAD, Sensor
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

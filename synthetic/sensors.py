@@ -13,7 +13,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from synthetic.effects import (
+from .effects import (
     Correlated,
     DepthSteps,
     Effect,
@@ -25,9 +25,9 @@ from synthetic.effects import (
     StationShift,
     White,
 )
-from synthetic.fields import Field, Rough, SelfAffine, Smooth
-from synthetic.recipes import Range
-from synthetic.scanner import log_uniform
+from .fields import Field, Rough, SelfAffine, Smooth
+from .recipes import Range
+from .scanner import log_uniform
 
 Array = NDArray[np.float64]
 Grid = Literal["rays", "rings", "vertices", "hits"]

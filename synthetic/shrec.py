@@ -5,12 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.random import Generator
 
-from fitting.primitives import KINDS
-from synthetic.canonical import sample_segment
-from synthetic.clouds import SyntheticCloud
-from synthetic.perturb import perturb
-from synthetic.poses import place
-from synthetic.recipes import PERTURBATIONS, TRAINING_COUNTS, BenchmarkRecipe
+from primfit.fitting.primitives import KINDS
+
+from .canonical import sample_segment
+from .clouds import SyntheticCloud
+from .perturb import perturb
+from .poses import place
+from .recipes import PERTURBATIONS, TRAINING_COUNTS, BenchmarkRecipe
 
 WHOLE_AND_TURNED = "A9"
 """In the training set clouds of this type are never cut, and their axes never stay z."""

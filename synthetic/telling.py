@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from synthetic.canonical import ORIGIN, Z_AXIS
-from synthetic.patches import Patch
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+
+from .canonical import ORIGIN, Z_AXIS
+from .patches import Patch
 
 Array = NDArray[np.float64]
 

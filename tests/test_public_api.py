@@ -5,8 +5,8 @@ import subprocess
 import sys
 
 import primfit
-from app import engine
-from fitting import recognize
+from primfit.app.engine import fit as engine
+from primfit.fitting import recognize
 
 
 def test_every_promised_name_is_there() -> None:

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.exports import FORMATS
-from benchmark.measures import is_right, l2
-from benchmark.track import shrec22_cases
 from primfit import export, fit
+from primfit.app.exports import FORMATS
+from primfit.benchmark.measures import is_right, l2
+from primfit.benchmark.track import shrec22_cases
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "shrec22"
 

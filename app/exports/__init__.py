@@ -6,17 +6,18 @@ from io import BytesIO
 from typing import Any, overload
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-from app.exports.fitted import Fitted, fitted_points, form_errors, residuals
-from app.exports.form import form_json
-from app.exports.mesh import mesh_writer
-from app.exports.options import ExportOptions
-from app.exports.patch import NothingToExportError
-from app.exports.report import html_report
-from app.exports.residual_files import residuals_csv, residuals_las, residuals_npy, residuals_ply
-from app.exports.step import step
-from app.exports.text import csv, shrec22
-from fitting.errors import InvalidOptionError
-from fitting.result import Recognition
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.errors import InvalidOptionError
+
+from .fitted import Fitted, fitted_points, form_errors, residuals
+from .form import form_json
+from .mesh import mesh_writer
+from .options import ExportOptions
+from .patch import NothingToExportError
+from .report import html_report
+from .residual_files import residuals_csv, residuals_las, residuals_npy, residuals_ply
+from .step import step
+from .text import csv, shrec22
 
 __all__ = [
     "FORMATS",

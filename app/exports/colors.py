@@ -7,8 +7,8 @@ Journal 40, 2003), reversed, with straight lines between them in sRGB.
 import numpy as np
 from numpy.typing import NDArray
 
-from fitting.geometry import Array
-from fitting.residuals import Residuals
+from primfit.fitting.answer.residuals import Residuals
+from primfit.fitting.geometry.vectors import Array
 
 _CLASSES = "053061 2166ac 4393c3 92c5de d1e5f0 f7f7f7 fddbc7 f4a582 d6604d b2182b 67001f"
 _ANCHORS = np.array([list(bytes.fromhex(color)) for color in _CLASSES.split()], np.float64)

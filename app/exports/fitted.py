@@ -6,17 +6,18 @@ from functools import cached_property
 from inspect import signature
 from typing import Any
 
-from app.arrays import as_cloud, as_floats
-from app.engine import config_of
-from app.exports.patch import answered
-from app.readers.cloud import Array, Cloud
-from app.segments import PER_POINT
-from fitting.cloud import check_coordinates, check_points
-from fitting.errors import InvalidOptionError
-from fitting.form import Form, form_of
-from fitting.primitives import Primitive, parameters
-from fitting.residuals import Residuals
-from fitting.result import Recognition
+from primfit.fitting.answer.residuals import Residuals
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.cloud.cloud import check_coordinates, check_points
+from primfit.fitting.errors import InvalidOptionError
+from primfit.fitting.form import Form, form_of
+from primfit.fitting.primitives import Primitive, parameters
+
+from ..engine.arrays import as_cloud, as_floats
+from ..engine.fit import config_of
+from ..engine.segments import PER_POINT
+from ..readers.cloud import Array, Cloud
+from .patch import answered
 
 OPTIONS = tuple(signature(config_of).parameters)
 COUNTS = ("weights", "standard_deviations")

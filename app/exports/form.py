@@ -5,13 +5,14 @@ from typing import Any
 
 import orjson
 
-from app.exports.fitted import Fitted
-from app.exports.options import ExportOptions
-from fitting.form import Reference
-from fitting.geometry import Array
-from fitting.primitives import parameters
-from fitting.residuals import Deviations
-from fitting.result import FailedFit
+from primfit.fitting.answer.residuals import Deviations
+from primfit.fitting.errors import FailedFit
+from primfit.fitting.form import Reference
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import parameters
+
+from .fitted import Fitted
+from .options import ExportOptions
 
 
 def form_json(fitted: Fitted, options: ExportOptions) -> bytes:

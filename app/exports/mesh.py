@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from app.exports.fitted import Fitted
-from app.exports.options import ExportOptions
-from app.exports.patch import Patch, Pieces, patch_of, trimmed
-from app.exports.ply import Element, ply
-from fitting.geometry import Array, basis
-from fitting.primitives import Plane, Primitive, Sphere, Torus
+from primfit.fitting.geometry.vectors import Array, basis
+from primfit.fitting.primitives import Plane, Primitive, Sphere, Torus
+
+from .fitted import Fitted
+from .options import ExportOptions
+from .patch import Patch, Pieces, patch_of, trimmed
+from .ply import Element, ply
 
 FEWEST = 3
 """Strips across an arc at least, so that a full turn is a surface."""

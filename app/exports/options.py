@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from fitting.errors import InvalidOptionError
-from fitting.values import number
+from primfit.fitting.errors import InvalidOptionError
+from primfit.fitting.request.values import number
 
 Unit = Literal["mm", "m", "inch"]
 UNITS: tuple[str, ...] = get_args(Unit)

@@ -4,17 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.extents import (
-    ConeExtents,
-    CylinderExtents,
-    PlaneExtents,
-    SphereExtents,
-    TorusExtents,
-)
-from fitting.extents.values import Bounds
-from fitting.geometry import Array, around_axis, basis, cross
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from fitting.result import Recognition
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.extents import ConeExtents, CylinderExtents, PlaneExtents, SphereExtents, TorusExtents
+from primfit.fitting.extents.values import Bounds
+from primfit.fitting.geometry.vectors import Array, around_axis, basis, cross
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 
 
 class NothingToExportError(ValueError):

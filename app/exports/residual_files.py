@@ -8,11 +8,12 @@ from io import BytesIO, StringIO
 
 import numpy as np
 
-from app.exports.colors import color_limit, diverging
-from app.exports.fitted import Fitted
-from app.exports.options import ExportOptions
-from app.exports.ply import Element, ply
-from fitting.geometry import Array
+from primfit.fitting.geometry.vectors import Array
+
+from .colors import color_limit, diverging
+from .fitted import Fitted
+from .options import ExportOptions
+from .ply import Element, ply
 
 EPOCH = date(1970, 1, 1)
 LAS_STEPS = 2**31 - 1

@@ -7,12 +7,13 @@ from importlib.metadata import version
 
 import numpy as np
 
-from app.exports.fitted import Fitted
-from app.exports.options import ExportOptions
-from app.exports.patch import NothingToExportError, Patch, Pieces, patch_of, trimmed
-from fitting.extents.values import Bounds
-from fitting.geometry import Array, basis, cross
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.extents.values import Bounds
+from primfit.fitting.geometry.vectors import Array, basis, cross
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+
+from .fitted import Fitted
+from .options import ExportOptions
+from .patch import NothingToExportError, Patch, Pieces, patch_of, trimmed
 
 SCHEMA = "AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }"
 EPOCH = "1970-01-01T00:00:00"

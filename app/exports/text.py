@@ -5,11 +5,12 @@ from dataclasses import asdict
 from io import StringIO
 from typing import Any
 
-from app.exports.fitted import Fitted
-from app.exports.options import ExportOptions
-from app.shrec22 import prediction
-from fitting.primitives import parameters
-from fitting.result import NoiseSummary
+from primfit.fitting.answer.values import NoiseSummary
+from primfit.fitting.primitives import parameters
+
+from ..engine.shrec22 import prediction
+from .fitted import Fitted
+from .options import ExportOptions
 
 
 def csv(fitted: Fitted, options: ExportOptions) -> bytes:

@@ -6,22 +6,22 @@ no signature.
 
 from pathlib import Path
 
-from app.readers.cloud import Cloud
-from app.readers.e57 import read_e57
-from app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
-from app.readers.formats import FORMATS, NAMES
-from app.readers.glb import read_glb
-from app.readers.json_points import read_json
-from app.readers.las import read_las
-from app.readers.limits import UNLIMITED, Limits
-from app.readers.npy import read_npy
-from app.readers.npz import read_npz
-from app.readers.obj import is_obj, read_obj
-from app.readers.packed import CODINGS, coding_of, unpack
-from app.readers.pcd import read_pcd
-from app.readers.ply import read_ply
-from app.readers.stl import is_stl, read_stl
-from app.readers.text import read_text
+from .cloud import Cloud
+from .e57 import read_e57
+from .errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
+from .formats import FORMATS, NAMES
+from .glb import read_glb
+from .json_points import read_json
+from .las import read_las
+from .limits import UNLIMITED, Limits
+from .npy import read_npy
+from .npz import read_npz
+from .obj import is_obj, read_obj
+from .packed import CODINGS, coding_of, unpack
+from .pcd import read_pcd
+from .ply import read_ply
+from .stl import is_stl, read_stl
+from .text import read_text
 
 __all__ = [
     "CODINGS",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError, describe
+from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError, describe
 
 Array = NDArray[np.float64]
 

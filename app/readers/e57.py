@@ -16,10 +16,10 @@ from xml.parsers import expat
 
 import numpy as np
 
-from app.readers.cloud import Array, Cloud, Columns, as_labels, build_cloud, find_label
-from app.readers.errors import UnreadableFileError
-from app.readers.limits import UNLIMITED, Limits
-from app.readers.rows import check_bytes
+from .cloud import Array, Cloud, Columns, as_labels, build_cloud, find_label
+from .errors import UnreadableFileError
+from .limits import UNLIMITED, Limits
+from .rows import check_bytes
 
 _HEADER = struct.Struct("<8x2L4Q")
 _PAGE, _CHECKSUM = 1024, 4

@@ -7,8 +7,8 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from app.readers.errors import InvalidPointsError, describe
-from app.readers.limits import Limits
+from .errors import InvalidPointsError, describe
+from .limits import Limits
 
 DtypeName = Literal[
     "float32", "float64", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64"

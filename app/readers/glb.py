@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import orjson
 
-from app.readers.cloud import Array, Cloud
-from app.readers.errors import TooLargeError, UnreadableFileError, describe
-from app.readers.limits import UNLIMITED, Limits
-from app.readers.mesh import build_mesh
+from .cloud import Array, Cloud
+from .errors import TooLargeError, UnreadableFileError, describe
+from .limits import UNLIMITED, Limits
+from .mesh import build_mesh
 
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 # The texts of scenes with hundreds of meshes are smaller; one of this size takes some 30 MB when parsed.

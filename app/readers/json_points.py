@@ -11,17 +11,10 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from app.readers.cloud import Array, Cloud, check_finite, find_label, string_labels
-from app.readers.encoded import INTEGERS, decode
-from app.readers.errors import (
-    SHOWN,
-    FieldError,
-    InvalidPointsError,
-    TooLargeError,
-    UnreadableFileError,
-    describe,
-)
-from app.readers.limits import UNLIMITED, Limits
+from .cloud import Array, Cloud, check_finite, find_label, string_labels
+from .encoded import INTEGERS, decode
+from .errors import SHOWN, FieldError, InvalidPointsError, TooLargeError, UnreadableFileError, describe
+from .limits import UNLIMITED, Limits
 
 _TOKEN = re.compile(r'[\[\]{},:]|"[^"\\]*(?:\\.[^"\\]*)*"')
 _NOT_FINITE = re.compile(r"(?P<nan>-?nan)|(?P<inf>[-+]?inf)", re.IGNORECASE)

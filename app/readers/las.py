@@ -8,11 +8,11 @@ import logging
 
 import numpy as np
 
-from app.readers.cloud import Cloud, build_from, find_columns
-from app.readers.errors import UnreadableFileError
-from app.readers.las_header import LasHeader, read_header
-from app.readers.laz_chunks import check_chunks
-from app.readers.limits import UNLIMITED, Limits
+from .cloud import Cloud, build_from, find_columns
+from .errors import UnreadableFileError
+from .las_header import LasHeader, read_header
+from .laz_chunks import check_chunks
+from .limits import UNLIMITED, Limits
 
 _PIECE = 50_000
 

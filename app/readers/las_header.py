@@ -7,8 +7,8 @@ import math
 import struct
 from dataclasses import dataclass
 
-from app.readers.errors import UnreadableFileError
-from app.readers.rows import check_bytes
+from .errors import UnreadableFileError
+from .rows import check_bytes
 
 _RECORDS_LIMIT = 64 * 1024
 _PUBLIC = struct.Struct("<6xH16x2B68xHLLBHL20x3d3d48x")

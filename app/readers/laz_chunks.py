@@ -6,9 +6,9 @@ point formats 6 to 10. lazrs allocates what a layer announces, so the sizes are 
 
 import struct
 
-from app.readers.errors import UnreadableFileError
-from app.readers.las_header import LasHeader
-from app.readers.rows import check_bytes
+from .errors import UnreadableFileError
+from .las_header import LasHeader
+from .rows import check_bytes
 
 _LASZIP = (b"laszip encoded", 22204)
 _HEADER = struct.Struct("<H10xL16xH")

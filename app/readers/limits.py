@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from app.readers.errors import TooLargeError
+from .errors import TooLargeError
 
 GIB = 1024**3
 

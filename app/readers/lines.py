@@ -6,8 +6,8 @@ from itertools import islice
 
 import numpy as np
 
-from app.readers.cloud import Array
-from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
+from .cloud import Array
+from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 
 _LINE_LIMIT = 64 * 1024
 _PIECE = 4 * _LINE_LIMIT

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.readers.cloud import Array, Cloud, Columns, build_cloud, check_finite, find_label
-from app.readers.errors import InvalidPointsError
-from app.readers.limits import Limits
+from .cloud import Array, Cloud, Columns, build_cloud, check_finite, find_label
+from .errors import InvalidPointsError
+from .limits import Limits
 
 _POINTS = Columns(("x", "y", "z"), (0, 1, 2))
 _WITH_NORMALS = Columns(("x", "y", "z", "nx", "ny", "nz"), (0, 1, 2), (3, 4, 5))

@@ -9,17 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.lib import format as npy_format
 
-from app.readers.cloud import (
-    Cloud,
-    as_float,
-    build_cloud,
-    build_from,
-    count_columns,
-    find_columns,
-    find_label,
-)
-from app.readers.errors import InvalidPointsError, UnreadableFileError
-from app.readers.limits import UNLIMITED, Limits
+from .cloud import Cloud, as_float, build_cloud, build_from, count_columns, find_columns, find_label
+from .errors import InvalidPointsError, UnreadableFileError
+from .limits import UNLIMITED, Limits
 
 HEADER_LIMIT = 64 * 1024
 

@@ -12,10 +12,10 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 
-from app.readers.cloud import Cloud, Columns, as_float, as_labels, build_cloud, find_label
-from app.readers.errors import InvalidPointsError, UnreadableFileError
-from app.readers.limits import UNLIMITED, Limits
-from app.readers.npy import HEADER_LIMIT, ArrayHeader, as_text, read_array, read_header, read_records
+from .cloud import Cloud, Columns, as_float, as_labels, build_cloud, find_label
+from .errors import InvalidPointsError, UnreadableFileError
+from .limits import UNLIMITED, Limits
+from .npy import HEADER_LIMIT, ArrayHeader, as_text, read_array, read_header, read_records
 
 _END = struct.Struct("<4s4H2LH")
 _END_MARK, _ZIP64_MARK = b"PK\x05\x06", b"PK\x06\x07"

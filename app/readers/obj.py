@@ -6,10 +6,10 @@ Own reader, not a library's: trimesh takes a second and 60 MB to import, for lin
 import re
 from collections.abc import Iterator
 
-from app.readers.cloud import Cloud, canonical
-from app.readers.limits import UNLIMITED, Limits
-from app.readers.lines import check_lines, decoded, lines, load_triples
-from app.readers.mesh import build_mesh
+from .cloud import Cloud, canonical
+from .limits import UNLIMITED, Limits
+from .lines import check_lines, decoded, lines, load_triples
+from .mesh import build_mesh
 
 _HEAD = 1024 * 1024
 _KEYWORDS = {"v", "vn", "vt", "vp", "f", "l", "p", "o", "g", "s", "mtllib", "usemtl"}

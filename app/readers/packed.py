@@ -10,8 +10,8 @@ import zlib
 from collections.abc import Generator, Iterator
 from typing import Any
 
-from app.readers.errors import TooLargeError, UnreadableFileError
-from app.readers.limits import Limits
+from .errors import TooLargeError, UnreadableFileError
+from .limits import Limits
 
 CODINGS = ("gzip", "zstd")
 _MAGIC = {"gzip": (b"\x1f\x8b",), "zstd": (b"\x28\xb5\x2f\xfd",)}

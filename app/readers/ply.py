@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from app.readers.cloud import Cloud, build_from, find_columns
-from app.readers.errors import UnreadableFileError
-from app.readers.limits import UNLIMITED, Limits
-from app.readers.rows import check_bytes, read_rows
+from .cloud import Cloud, build_from, find_columns
+from .errors import UnreadableFileError
+from .limits import UNLIMITED, Limits
+from .rows import check_bytes, read_rows
 
 _HEADER_LIMIT = 64 * 1024
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}

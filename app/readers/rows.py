@@ -5,8 +5,8 @@ from itertools import chain, islice
 
 import numpy as np
 
-from app.readers.cloud import Array
-from app.readers.errors import UnreadableFileError
+from .cloud import Array
+from .errors import UnreadableFileError
 
 
 def check_bytes(needed: int, there: int, count: int) -> None:

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from app.readers.cloud import Array, Cloud
-from app.readers.errors import UnreadableFileError
-from app.readers.limits import UNLIMITED, Limits
-from app.readers.lines import check_lines, lines, load_triples
-from app.readers.mesh import build_mesh
+from .cloud import Array, Cloud
+from .errors import UnreadableFileError
+from .limits import UNLIMITED, Limits
+from .lines import check_lines, lines, load_triples
+from .mesh import build_mesh
 
 _HEAD, _HEADER = 1024, 84
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

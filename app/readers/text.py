@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.readers.cloud import (
+from .cloud import (
     AUTO_LABELS,
     Cloud,
     Columns,
@@ -21,9 +21,9 @@ from app.readers.cloud import (
     find_label,
     string_labels,
 )
-from app.readers.errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
-from app.readers.limits import UNLIMITED, Limits
-from app.readers.lines import COUNTED, check_lines, counted, decoded, is_number, lines
+from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
+from .limits import UNLIMITED, Limits
+from .lines import COUNTED, check_lines, counted, decoded, is_number, lines
 
 _SAMPLE = 20
 _HEAD = 1024 * 1024

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Literal, Protocol
 
-from fitting.geometry import Array
-from fitting.primitives import Primitive
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Primitive
 
 Status = Literal["fitted", "ambiguous", "no_fit"]
 
@@ -69,17 +69,17 @@ class Method(Protocol):
 
 
 METHODS: dict[str, str] = {
-    "primfit": "benchmark.methods.primfit:Primfit",
-    "primfit-knn": "benchmark.methods.primfit:PrimfitKnn",
-    "primfit-none": "benchmark.methods.primfit:PrimfitNone",
-    "primfit-reversed": "benchmark.methods.primfit:PrimfitReversed",
-    "engeom": "benchmark.methods.engeom:Engeom",
-    "mesh2cad": "benchmark.methods.mesh2cad:Mesh2cad",
-    "cgal": "benchmark.methods.cgal:Cgal",
-    "pyransac3d": "benchmark.methods.pyransac3d:Pyransac3d",
-    "scikit-spatial": "benchmark.methods.scikit_spatial:ScikitSpatial",
-    "open3d": "benchmark.methods.open3d:Open3d",
-    "trimesh": "benchmark.methods.trimesh:Trimesh",
+    "primfit": "primfit.benchmark.methods.primfit:Primfit",
+    "primfit-knn": "primfit.benchmark.methods.primfit:PrimfitKnn",
+    "primfit-none": "primfit.benchmark.methods.primfit:PrimfitNone",
+    "primfit-reversed": "primfit.benchmark.methods.primfit:PrimfitReversed",
+    "engeom": "primfit.benchmark.methods.engeom:Engeom",
+    "mesh2cad": "primfit.benchmark.methods.mesh2cad:Mesh2cad",
+    "cgal": "primfit.benchmark.methods.cgal:Cgal",
+    "pyransac3d": "primfit.benchmark.methods.pyransac3d:Pyransac3d",
+    "scikit-spatial": "primfit.benchmark.methods.scikit_spatial:ScikitSpatial",
+    "open3d": "primfit.benchmark.methods.open3d:Open3d",
+    "trimesh": "primfit.benchmark.methods.trimesh:Trimesh",
 }
 """Name -> "module:Class", imported by `load` alone. The first is primfit as it is shipped."""
 

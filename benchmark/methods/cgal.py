@@ -14,10 +14,11 @@ from CGAL.CGAL_Point_set_3 import Point_set_3
 from CGAL.CGAL_Point_set_processing_3 import jet_estimate_normals
 from CGAL.CGAL_Shape_detection import efficient_RANSAC
 
-from benchmark.measures import diagonal
-from benchmark.methods import Answer
-from fitting.geometry import Array
-from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus
+
+from ..measures import diagonal
+from . import Answer
 
 NEIGHBOURS = 32
 EPSILON = 0.005

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from engeom.geom3 import Cone3, Cylinder3, Plane3, Sphere3
 
-from benchmark.measures import diagonal
-from benchmark.methods import Answer
-from fitting.geometry import Array
-from fitting.normals import estimate_normals
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere
+from primfit.fitting.cloud.normals import estimate_normals
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere
+
+from ..measures import diagonal
+from . import Answer
 
 SIGMA_MAX = 0.005
 """Upper bound of the noise, as a share of the cloud's diagonal."""

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 from mesh2cad import fit as m2c
 
-from benchmark.methods import Answer
-from fitting.geometry import Array
-from fitting.normals import estimate_normals
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere
+from primfit.fitting.cloud.normals import estimate_normals
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere
+
+from . import Answer
 
 NEIGHBOURS = 32
 """Neighbours that a normal is estimated from, but never more than `LARGEST_SHARE` of the cloud."""

@@ -3,10 +3,11 @@
 import numpy as np
 import open3d
 
-from benchmark.measures import diagonal
-from benchmark.methods import Answer
-from fitting.geometry import Array
-from fitting.primitives import Plane
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Plane
+
+from ..measures import diagonal
+from . import Answer
 
 THRESHOLD = 0.005
 """Largest distance of an inlier, as a share of the cloud's diagonal."""

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 
-from benchmark.methods import Answer
-from fitting.classifier import Classifier
-from fitting.geometry import Array
-from fitting.primitives import KINDS
-from fitting.recognize import recognize
-from models import load_classifier
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import KINDS
+from primfit.fitting.recognize import recognize
+from primfit.fitting.verdict.classifier import Classifier
+from primfit.models import load_classifier
+
+from . import Answer
 
 
 class Primfit:

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pyransac3d
 
-from benchmark.measures import diagonal
-from benchmark.methods import Answer
-from benchmark.methods.subset import MOST_POINTS, at_most
-from fitting.geometry import Array
-from fitting.primitives import Cylinder, Plane, Primitive, Sphere
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Cylinder, Plane, Primitive, Sphere
+
+from ..measures import diagonal
+from . import Answer
+from .subset import MOST_POINTS, at_most
 
 THRESHOLD = 0.002
 """Largest distance of an inlier, as a share of the cloud's diagonal."""

@@ -4,10 +4,11 @@ from typing import Any
 
 from skspatial import objects
 
-from benchmark.methods import Answer
-from benchmark.methods.subset import MOST_POINTS, at_most
-from fitting.geometry import Array
-from fitting.primitives import Cylinder, Plane, Primitive, Sphere
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Cylinder, Plane, Primitive, Sphere
+
+from . import Answer
+from .subset import MOST_POINTS, at_most
 
 
 class ScikitSpatial:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting.geometry import Array
+from primfit.fitting.geometry.vectors import Array
 
 MOST_POINTS = 1000
 

@@ -3,9 +3,10 @@
 from trimesh.nsphere import fit_nsphere
 from trimesh.points import plane_fit
 
-from benchmark.methods import Answer
-from fitting.geometry import Array
-from fitting.primitives import Plane, Sphere
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Plane, Sphere
+
+from . import Answer
 
 
 class Trimesh:

@@ -5,8 +5,8 @@
 other.
 """
 
-from benchmark.proofs import constraints, determinism, equivariance, least_squares, zones
-from benchmark.proofs.trial import Proof
+from . import constraints, determinism, equivariance, least_squares, zones
+from .trial import Proof
 
 PROOFS: dict[str, Proof] = {
     "least-squares": Proof(

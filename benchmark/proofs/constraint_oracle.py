@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from benchmark.proofs.oracles import Array, Surface, distances, long
+from .oracles import Array, Surface, distances, long
 
 Constraints = dict[str, Any]
 Build = Callable[[Array], Surface]

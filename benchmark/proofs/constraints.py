@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from benchmark.proofs import oracles
-from benchmark.proofs.constraint_oracle import Constraints, optimum, shifted, violations
-from benchmark.proofs.fits import fitted
-from benchmark.proofs.parts import Part, part
-from benchmark.proofs.trial import Figures, Trial
-from fitting.primitives import parameters
+from primfit.fitting.primitives import parameters
+
+from . import oracles
+from .constraint_oracle import Constraints, optimum, shifted, violations
+from .fits import fitted
+from .parts import Part, part
+from .trial import Figures, Trial
 
 CRITERIA = ("least_squares", "robust")
 MORE, ARCS, NOISE = (100, 300), (120.0, 180.0, 360.0), (-3.5, -2.5)

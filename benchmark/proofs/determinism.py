@@ -8,11 +8,12 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from benchmark.cases import CASE_SETS
-from benchmark.proofs.trial import Figures, Trial
-from benchmark.service import FORMATS
-from benchmark.serving import PATIENCE, ServiceError, connect, post, serving
-from fitting.geometry import Array
+from primfit.fitting.geometry.vectors import Array
+
+from ..cases import CASE_SETS
+from ..service import FORMATS
+from ..serving import PATIENCE, ServiceError, connect, post, serving
+from .trial import Figures, Trial
 
 CLOUDS = 20
 """In one case, of one format: half of them of either set."""
@@ -67,7 +68,7 @@ def _differing(some: Answers, others: Answers) -> int:
 def _batch(folder: Path, count: int, workers: int) -> Answers:
     """The lines that `primfit batch` writes, in the order of the clouds."""
     out = folder / f"answers-{workers}"
-    command = [sys.executable, "-m", "app.cli", "batch", str(folder / "clouds"), "--out", str(out)]
+    command = [sys.executable, "-m", "primfit", "batch", str(folder / "clouds"), "--out", str(out)]
     done = subprocess.run([*command, "--workers", str(workers)], capture_output=True, text=True)
     if done.returncode != 0:
         raise ServiceError(f"primfit batch ended with {done.returncode}: {done.stderr[-200:]}")

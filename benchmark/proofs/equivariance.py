@@ -18,18 +18,19 @@ import numpy as np
 from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
-from benchmark.cases import CASE_SETS, REDRAWN, SCAN
-from benchmark.proofs import oracles
-from benchmark.proofs.oracles import Array
-from benchmark.proofs.trial import Figures, Trial
-from fitting.classifier import Classifier
-from fitting.noise import rounding_of
-from fitting.primitives import KINDS, Primitive, parameters
-from fitting.recognize import recognize
-from fitting.result import Recognition
-from models import load_classifier
-from synthetic import BenchmarkRecipe, cloud
-from synthetic.recipes import Range
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.noise.rounding import rounding_of
+from primfit.fitting.primitives import KINDS, Primitive, parameters
+from primfit.fitting.recognize import recognize
+from primfit.fitting.verdict.classifier import Classifier
+from primfit.models import load_classifier
+from primfit.synthetic import BenchmarkRecipe, cloud
+from primfit.synthetic.recipes import Range
+
+from ..cases import CASE_SETS, REDRAWN, SCAN
+from . import oracles
+from .oracles import Array
+from .trial import Figures, Trial
 
 MOST_ULP = 64.0
 """What answers may differ by. More than 1: coordinates are rounded again in the frame of the fit, products of

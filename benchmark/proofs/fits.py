@@ -2,12 +2,13 @@
 
 from typing import Any
 
-from benchmark.proofs.oracles import Array, Surface, long
-from benchmark.proofs.trial import UnfittedError
-from fitting.config import Config
-from fitting.constraints import Constraints
-from fitting.primitives import parameters
-from fitting.recognize import recognize
+from primfit.fitting.primitives import parameters
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from primfit.fitting.request.constraints import Constraints
+
+from .oracles import Array, Surface, long
+from .trial import UnfittedError
 
 
 def fitted(

@@ -5,11 +5,12 @@ from functools import partial
 import numpy as np
 from numpy.random import Generator
 
-from benchmark.proofs import oracles
-from benchmark.proofs.fits import fitted
-from benchmark.proofs.parts import Part, part
-from benchmark.proofs.trial import Figures, Trial
-from fitting.primitives import KINDS, parameters
+from primfit.fitting.primitives import KINDS, parameters
+
+from . import oracles
+from .fits import fitted
+from .parts import Part, part
+from .trial import Figures, Trial
 
 ANGLE, LENGTH = 1e-7, 1e-4
 """What a reference value may be missed by, in radians and millimetres ..."""

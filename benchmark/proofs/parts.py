@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from benchmark.proofs.oracles import DOF, Array
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+
+from .oracles import DOF, Array
 
 HALF_ANGLES = np.radians([0.6, 2.0, 5.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0])
 ARCS = (30.0, 60.0, 90.0, 180.0, 360.0)

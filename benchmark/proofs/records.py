@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmark.proofs import PROOFS
-from benchmark.proofs.trial import Level, UnfittedError
-from benchmark.sources import digest, own_files
+from ..sources import digest, own_files
+from . import PROOFS
+from .trial import Level, UnfittedError
 
 Key = tuple[str, int, int]
 

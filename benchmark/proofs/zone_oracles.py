@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 from scipy.optimize import minimize
 
-from benchmark.proofs.oracles import DOF, Array, Surface, distances, moved
+from .oracles import DOF, Array, Surface, distances, moved
 
 ROUNDS = 3
 """From each start, on what the round before has found."""

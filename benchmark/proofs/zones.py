@@ -6,12 +6,13 @@ import numpy as np
 from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
-from benchmark.proofs import oracles
-from benchmark.proofs.fits import fitted
-from benchmark.proofs.parts import Part, part
-from benchmark.proofs.trial import Figures, Trial
-from benchmark.proofs.zone_oracles import extreme, flatness, polished, smallest_sphere
-from fitting.primitives import KINDS, Cylinder, Sphere, parameters
+from primfit.fitting.primitives import KINDS, Cylinder, Sphere, parameters
+
+from . import oracles
+from .fits import fitted
+from .parts import Part, part
+from .trial import Figures, Trial
+from .zone_oracles import extreme, flatness, polished, smallest_sphere
 
 ROUND = ("sphere", "cylinder")
 PAIRS = (

@@ -3,15 +3,15 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from benchmark.proofs.records import ProofsFile
-from benchmark.records import RecordsFile
-from benchmark.report import pictures, sections
-from benchmark.report.bars import held_to
-from benchmark.report.data import Data, NoRecordsError
-from benchmark.report.details import details
-from benchmark.report.pictures import MissingMatplotlibError
-from benchmark.report.proofs import proven
-from benchmark.report.scans import FIRST, first
+from ..proofs.records import ProofsFile
+from ..records import RecordsFile
+from . import pictures, sections
+from .bars import held_to
+from .data import Data, NoRecordsError
+from .details import details
+from .pictures import MissingMatplotlibError
+from .proofs import proven
+from .scans import FIRST, first
 
 __all__ = ["MissingMatplotlibError", "NoRecordsError", "write"]
 

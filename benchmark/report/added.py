@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmark.report.pictures import COLORS, INK, clean, make_figure
-from benchmark.service import BAR, FORMATS, SIZES, Row
+from ..service import BAR, FORMATS, SIZES, Row
+from .pictures import COLORS, INK, clean, make_figure
 
 SHADES = dict(
     zip(FORMATS, (COLORS["primfit"], COLORS["primfit-knn"], COLORS["primfit-reversed"]), strict=True)

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from benchmark.records import Record
-from benchmark.report.markdown import percent
-from benchmark.scores import share
+from ..records import Record
+from ..scores import share
+from .markdown import percent
 
 Records = Sequence[Record]
 Measure = Callable[[Sequence[Record]], "Figure"]

@@ -4,33 +4,17 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from benchmark.cases import OBJECTS, ROUND
-from benchmark.pieces import CLEAR, INDISTINGUISHABLE, NOISE_LAWS
-from benchmark.records import Record
-from benchmark.report.bar import (
-    STANDARD_ERRORS,
-    Bar,
-    Figure,
-    Records,
-    at_least,
-    at_most,
-    has_status,
-    is_right,
-)
-from benchmark.report.data import FOLDERS, OURS, Data
-from benchmark.report.markdown import NOTHING, scientific, table
-from benchmark.report.scan_bars import SCAN_BARS, SHAPE_BARS
-from benchmark.scores import (
-    EXACT,
-    is_exact,
-    is_first,
-    named,
-    over_least_squares,
-    spread,
-    standard_errors,
-)
-from benchmark.track import TRACK
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
+
+from ..cases import OBJECTS, ROUND
+from ..pieces import CLEAR, INDISTINGUISHABLE, NOISE_LAWS
+from ..records import Record
+from ..scores import EXACT, is_exact, is_first, named, over_least_squares, spread, standard_errors
+from ..track import TRACK
+from .bar import STANDARD_ERRORS, Bar, Figure, Records, at_least, at_most, has_status, is_right
+from .data import FOLDERS, OURS, Data
+from .markdown import NOTHING, scientific, table
+from .scan_bars import SCAN_BARS, SHAPE_BARS
 
 
 def below(error: str, most: float) -> Callable[[Record], bool]:

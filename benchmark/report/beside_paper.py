@@ -4,13 +4,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmark.measures import GRID
-from benchmark.records import Record
-from benchmark.report import paper
-from benchmark.report.cells import five, macro_rates, name_of
-from benchmark.report.data import Data
-from benchmark.report.markdown import scientific, table
-from benchmark.track import TRACK
+from ..measures import GRID
+from ..records import Record
+from ..track import TRACK
+from . import paper
+from .cells import five, macro_rates, name_of
+from .data import Data
+from .markdown import scientific, table
 
 
 def beside_the_paper(data: Data, set_: str) -> Iterator[str]:

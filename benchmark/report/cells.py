@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmark.cases import Level
-from benchmark.records import Record
-from benchmark.report.data import OURS
-from benchmark.report.markdown import NOTHING, count, percent, scientific
-from benchmark.scores import REJECTIONS, answered, confusion, macro, rates, share, spread
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
+
+from ..cases import Level
+from ..records import Record
+from ..scores import REJECTIONS, answered, confusion, macro, rates, share, spread
+from .data import OURS
+from .markdown import NOTHING, count, percent, scientific
 
 
 def name_of(method: str) -> str:

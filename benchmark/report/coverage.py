@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmark.coverage import LAWS, Outcome
-from benchmark.report.markdown import NOTHING, percent, table
-from benchmark.report.pictures import COLORS, FAINT, INK, require_matplotlib
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
+
+from ..coverage import LAWS, Outcome
+from .markdown import NOTHING, percent, table
+from .pictures import COLORS, FAINT, INK, require_matplotlib
 
 NUMBERS = (
     "direction",

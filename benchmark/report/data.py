@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmark.cases import CASE_SETS, Description, Level
-from benchmark.methods import METHODS, PEERS
-from benchmark.real import DESCRIPTION as REAL_DESCRIPTION
-from benchmark.real import REAL
-from benchmark.records import Record, RecordsFile
-from benchmark.scores import grouped
-from benchmark.track import DESCRIPTION, TRACK
+from ..cases import CASE_SETS, Description, Level
+from ..methods import METHODS, PEERS
+from ..real import DESCRIPTION as REAL_DESCRIPTION
+from ..real import REAL
+from ..records import Record, RecordsFile
+from ..scores import grouped
+from ..track import DESCRIPTION, TRACK
 
 OURS = "primfit"
 

@@ -2,23 +2,15 @@
 
 from collections.abc import Iterator, Sequence
 
-from benchmark.real import REAL
-from benchmark.records import SAMPLED, Record
-from benchmark.report import paper
-from benchmark.report.cells import five, level_name, macro_rates, measured, name_of, outcomes_of, rate_text
-from benchmark.report.data import Data, described
-from benchmark.report.markdown import NOTHING, commands, count, milliseconds, percent, scientific, table
-from benchmark.scores import (
-    ANSWERS,
-    REJECTIONS,
-    confusion,
-    is_close,
-    macro,
-    rates,
-    share,
-    spread,
-)
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
+
+from ..real import REAL
+from ..records import SAMPLED, Record
+from ..scores import ANSWERS, REJECTIONS, confusion, is_close, macro, rates, share, spread
+from . import paper
+from .cells import five, level_name, macro_rates, measured, name_of, outcomes_of, rate_text
+from .data import Data, described
+from .markdown import NOTHING, commands, count, milliseconds, percent, scientific, table
 
 WITHOUT_ERRORS = ("foreign", "sections", REAL)
 """Sets of whose clouds most have no true surface, or none that is known."""

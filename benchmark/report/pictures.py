@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmark.records import Record
-from benchmark.report import paper
-from benchmark.report.data import OURS, Data, described, median_seconds
-from benchmark.scores import ANSWERS, confusion, grouped, is_close, is_exact, share
-from benchmark.track import TRACK
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
+
+from ..records import Record
+from ..scores import ANSWERS, confusion, grouped, is_close, is_exact, share
+from ..track import TRACK
+from . import paper
+from .data import OURS, Data, described, median_seconds
 
 COLORS = {
     "primfit": "#0f6e84",

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from benchmark.proofs.constraints import CRITERIA
-from benchmark.proofs.equivariance import MOST_ULP, TRANSFORMATIONS
-from benchmark.proofs.least_squares import ANGLE, LENGTH, RELATIVE
-from benchmark.proofs.records import ProofRecord
-from benchmark.proofs.trial import Level
-from benchmark.proofs.zones import PAIRS
+from ..proofs.constraints import CRITERIA
+from ..proofs.equivariance import MOST_ULP, TRANSFORMATIONS
+from ..proofs.least_squares import ANGLE, LENGTH, RELATIVE
+from ..proofs.records import ProofRecord
+from ..proofs.trial import Level
+from ..proofs.zones import PAIRS
 
 Groups = dict[str, Callable[[Level], bool]]
 

@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmark.proofs import PROOFS
-from benchmark.proofs.records import ProofRecord
-from benchmark.report.markdown import NOTHING, table
-from benchmark.report.proof_bars import PROOF_BARS, ProofBar
+from ..proofs import PROOFS
+from ..proofs.records import ProofRecord
+from .markdown import NOTHING, table
+from .proof_bars import PROOF_BARS, ProofBar
 
 
 def proven(records: Sequence[ProofRecord]) -> Iterator[str]:

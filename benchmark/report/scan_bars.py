@@ -1,22 +1,14 @@
 """Bars of real segments and of sensors' clouds, and of shapes that come close to a kind."""
 
-from benchmark.cases import AMPLITUDES, BOW_BUCKETS, DEVIATIONS_SEEN, FAR_OFF, PIPE
-from benchmark.real import REAL
-from benchmark.records import Record
-from benchmark.report.bar import (
-    Bar,
-    Figure,
-    Measure,
-    Records,
-    at_least,
-    at_most,
-    has_status,
-    is_right,
-)
-from benchmark.report.markdown import NOTHING, percent
-from benchmark.report.scans import SENSOR
-from benchmark.scores import among, is_first, named, share
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
+
+from ..cases import AMPLITUDES, BOW_BUCKETS, DEVIATIONS_SEEN, FAR_OFF, PIPE
+from ..real import REAL
+from ..records import Record
+from ..scores import among, is_first, named, share
+from .bar import Bar, Figure, Measure, Records, at_least, at_most, has_status, is_right
+from .markdown import NOTHING, percent
+from .scans import SENSOR
 
 SEGMENTS = 36
 """Of the folder that the bars of real segments were set for; of another they are the same shares."""

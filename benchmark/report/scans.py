@@ -2,13 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 
-from benchmark.real import REAL
-from benchmark.records import Record
-from benchmark.report.cells import name_of
-from benchmark.report.data import Data, described, median_seconds
-from benchmark.report.markdown import NOTHING, commands, count, milliseconds, percent, table
-from benchmark.scores import REJECTIONS, among, answered, grouped, named, share
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
+
+from ..real import REAL
+from ..records import Record
+from ..scores import REJECTIONS, among, answered, grouped, named, share
+from .cells import name_of
+from .data import Data, described, median_seconds
+from .markdown import NOTHING, commands, count, milliseconds, percent, table
 
 SENSOR = "sensor"
 FIRST = (REAL, SENSOR)

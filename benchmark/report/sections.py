@@ -2,21 +2,16 @@
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 
-from benchmark.measures import GRID
-from benchmark.records import SAMPLED, Record
-from benchmark.report.beside_paper import beside_the_paper
-from benchmark.report.cells import level_name, measured, median, name_of, outcomes_of
-from benchmark.report.data import OURS, Data, common, described, median_seconds
-from benchmark.report.details import WITHOUT_ERRORS
-from benchmark.report.markdown import NOTHING, commands, count, milliseconds, percent, scientific, table
-from benchmark.scores import (
-    CLOSE,
-    EXACT,
-    REJECTIONS,
-    is_close,
-    share,
-)
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
+
+from ..measures import GRID
+from ..records import SAMPLED, Record
+from ..scores import CLOSE, EXACT, REJECTIONS, is_close, share
+from .beside_paper import beside_the_paper
+from .cells import level_name, measured, median, name_of, outcomes_of
+from .data import OURS, Data, common, described, median_seconds
+from .details import WITHOUT_ERRORS
+from .markdown import NOTHING, commands, count, milliseconds, percent, scientific, table
 
 HEADLINE = {"shrec": "benchmark", "scanner": "scans"}
 """The two sets that stand for all at a glance."""

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 from scipy.spatial import QhullError
 
-from fitting.extents.cone import ConeExtents
-from fitting.extents.cylinder import CylinderExtents
-from fitting.extents.plane import PlaneExtents
-from fitting.extents.sphere import SphereExtents
-from fitting.extents.torus import TorusExtents
-from fitting.geometry import Array
-from fitting.primitives import Primitive
+from ..geometry.vectors import Array
+from ..primitives import Primitive
+from .cone import ConeExtents
+from .cylinder import CylinderExtents
+from .plane import PlaneExtents
+from .sphere import SphereExtents
+from .torus import TorusExtents
 
 __all__ = [
     "EXTENTS",

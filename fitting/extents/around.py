@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from fitting.geometry import TINY, Array, around_axis, basis, vector
+from ..geometry.vectors import TINY, Array, around_axis, basis, vector
 
 NEAR_AXIS = 0.25
 """Points nearer to the axis than this share of the farthest say little about angles."""

@@ -5,11 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from fitting.extents.around import Around
-from fitting.extents.spread import CHANCE, coverage, ends, turn
-from fitting.extents.values import Bounds, Length, Place
-from fitting.geometry import TINY, Array
-from fitting.primitives import Cone
+from ..geometry.vectors import TINY, Array
+from ..primitives import Cone
+from .around import Around
+from .spread import CHANCE, coverage, ends, turn
+from .values import Bounds, Length, Place
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from fitting.extents.around import Around
-from fitting.extents.spread import coverage, ends, turn
-from fitting.extents.values import Bounds, Length, Place
-from fitting.geometry import TINY, Array
-from fitting.primitives import Cylinder
+from ..geometry.vectors import TINY, Array
+from ..primitives import Cylinder
+from .around import Around
+from .spread import coverage, ends, turn
+from .values import Bounds, Length, Place
 
 
 @dataclass(frozen=True, eq=False)

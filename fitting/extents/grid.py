@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from fitting.geometry import Array
+from ..geometry.vectors import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial import Delaunay
 
-from fitting.extents.grid import Grid, around
-from fitting.extents.spread import BLURRED, CHANCE, FEWEST, MOST_STRAY
-from fitting.geometry import TINY, Array
+from ..geometry.vectors import TINY, Array
+from .grid import Grid, around
+from .spread import BLURRED, CHANCE, FEWEST, MOST_STRAY
 
 Rings = tuple[Array, ...]
 """A piece: its outer ring (K, 2), counter-clockwise, and its holes, clockwise; no corner is repeated."""

@@ -6,12 +6,12 @@ from typing import ClassVar
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
-from fitting.extents.grid import Grid
-from fitting.extents.outline import concave
-from fitting.extents.spread import POINTS_A_CELL, ends
-from fitting.extents.values import Area, Bounds, Length, Place, Places
-from fitting.geometry import Array, basis, vector
-from fitting.primitives import Plane
+from ..geometry.vectors import Array, basis, vector
+from ..primitives import Plane
+from .grid import Grid
+from .outline import concave
+from .spread import POINTS_A_CELL, ends
+from .values import Area, Bounds, Length, Place, Places
 
 NEIGHBOURS = 6
 REACH = 3.0

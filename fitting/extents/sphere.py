@@ -7,10 +7,10 @@ from typing import ClassVar
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fitting.extents.spread import CHANCE, USUAL, USUAL_GAPS, coverage, ends, turn
-from fitting.extents.values import Bounds, Length, Place
-from fitting.geometry import TINY, Z_AXIS, Array, basis, unit
-from fitting.primitives import Sphere
+from ..geometry.vectors import TINY, Z_AXIS, Array, basis, unit
+from ..primitives import Sphere
+from .spread import CHANCE, USUAL, USUAL_GAPS, coverage, ends, turn
+from .values import Bounds, Length, Place
 
 DIRECTIONS = 256
 """Directions that are asked where the sphere is empty ..."""

@@ -5,7 +5,7 @@ A few stray points beyond an end, and noise along the surface, must not widen it
 
 import numpy as np
 
-from fitting.geometry import Array
+from ..geometry.vectors import Array
 
 NEXT = 4
 STRAY = 5.0

@@ -5,11 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from fitting.extents.around import Around
-from fitting.extents.spread import coverage, ends, turn
-from fitting.extents.values import Bounds
-from fitting.geometry import TINY, Array
-from fitting.primitives import Torus
+from ..geometry.vectors import TINY, Array
+from ..primitives import Torus
+from .around import Around
+from .spread import coverage, ends, turn
+from .values import Bounds
 
 
 @dataclass(frozen=True, eq=False)

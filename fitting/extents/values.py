@@ -3,9 +3,9 @@
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, ClassVar, Self, get_type_hints
 
-from fitting.geometry import Array
-from fitting.normalize import Frame
-from fitting.plain import plain
+from ..cloud.frame import Frame
+from ..geometry.vectors import Array
+from ..plain import plain
 
 
 def _length(value: float, frame: Frame) -> float:

@@ -5,12 +5,12 @@ from typing import ClassVar, Protocol, Self
 
 import numpy as np
 
-from fitting.geometry import Array
-from fitting.primitives.cone import Cone
-from fitting.primitives.cylinder import Cylinder
-from fitting.primitives.plane import Plane
-from fitting.primitives.sphere import Sphere
-from fitting.primitives.torus import Torus
+from ..geometry.vectors import Array
+from .cone import Cone
+from .cylinder import Cylinder
+from .plane import Plane
+from .sphere import Sphere
+from .torus import Torus
 
 __all__ = ["KINDS", "PRIMITIVES", "Cone", "Cylinder", "Plane", "Primitive", "Sphere", "Torus", "parameters"]
 
@@ -30,7 +30,7 @@ class Primitive(Protocol):
         ...
 
     def row(self) -> Array:
-        """The surface as the nine numbers that the compiled search steps in; see `fitting._descent`."""
+        """The nine numbers that the compiled search steps in; see `fitting.solver._descent`."""
         ...
 
     @classmethod

@@ -14,8 +14,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from fitting.axes import Seen, axis_directions, robust_linear_solve
-from fitting.geometry import TINY, Array, around_axis, basis, foot_of_origin, rows, unit, vector
+from ..geometry.axes import Seen, axis_directions, robust_linear_solve
+from ..geometry.vectors import TINY, Array, around_axis, basis, foot_of_origin, rows, unit, vector
 
 CYLINDER_LIKE = np.radians(5.0)
 PLANE_LIKE = np.radians(80.0)

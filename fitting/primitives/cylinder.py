@@ -9,8 +9,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from fitting.axes import Seen, axis_directions, circles
-from fitting.geometry import (
+from ..geometry.axes import Seen, axis_directions, circles
+from ..geometry.vectors import (
     TINY,
     Array,
     around_axis,

@@ -8,8 +8,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from fitting.axes import random_subsets
-from fitting.geometry import Array, basis, canonical_direction, cross, rows, unit, vector
+from ..geometry.axes import random_subsets
+from ..geometry.vectors import Array, basis, canonical_direction, cross, rows, unit, vector
 
 RANDOM_PLANES = 24
 

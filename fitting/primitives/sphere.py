@@ -8,8 +8,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from fitting.axes import random_subsets, robust_linear_solve
-from fitting.geometry import TINY, Z_AXIS, Array, rows, vector
+from ..geometry.axes import random_subsets, robust_linear_solve
+from ..geometry.vectors import TINY, Z_AXIS, Array, rows, vector
 
 PLANE_LIKE = 5.0
 """A radius beyond this many extents asks for a look at the plane."""

@@ -9,8 +9,15 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from fitting.axes import RevolutionAxis, Seen, axis_directions, circles, revolution_axis, robust_linear_solve
-from fitting.geometry import TINY, Array, around_axis, basis, canonical_direction, cross, rows, unit, vector
+from ..geometry.axes import (
+    RevolutionAxis,
+    Seen,
+    axis_directions,
+    circles,
+    revolution_axis,
+    robust_linear_solve,
+)
+from ..geometry.vectors import TINY, Array, around_axis, basis, canonical_direction, cross, rows, unit, vector
 
 CYLINDER_LIKE = 5.0
 """A major radius beyond this many extents asks for a look at the cylinder."""

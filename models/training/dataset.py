@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fitting.cloud import NORMAL_POINTS
-from fitting.normalize import Frame
-from fitting.normals import estimate_normals
-from fitting.primitives import KINDS
-from models.features import FEATURE_VERSION, features, representatives
-from synthetic import RECIPES, SensorRecipe, SyntheticCloud, cloud
+from primfit.fitting.cloud.cloud import NORMAL_POINTS
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.cloud.normals import estimate_normals
+from primfit.fitting.primitives import KINDS
+from primfit.synthetic import RECIPES, SensorRecipe, SyntheticCloud, cloud
+
+from ..features import FEATURE_VERSION, features, representatives
 
 Array = NDArray[np.float64]
 

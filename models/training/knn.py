@@ -1,4 +1,4 @@
-"""Build the k-NN weights from synthetic clouds:  python -m models.training.knn
+"""Build the k-NN weights from synthetic clouds:  python -m primfit.models.training.knn
 
 The same seed and sizes give the same bytes. With --check a small build is made twice in a temporary folder,
 compared, loaded and scored; the shipped weights stay as they are.
@@ -15,21 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fitting.cloud import NORMAL_POINTS
-from models.features import BLOCKS
-from models.knn import CLIP, NEIGHBOURS, SMOOTHING, KnnClassifier
-from models.training.dataset import (
-    FAMILIES,
-    HELD_BACK_CLOUDS,
-    SEED,
-    TRAINING_CLOUDS,
-    Dataset,
-    make_dataset,
-    numbers,
-    option,
-)
-from models.training.metrics import metrics
-from models.weights import DIRECTORY, Card, load, save
+from primfit.fitting.cloud.cloud import NORMAL_POINTS
+
+from ..features import BLOCKS
+from ..knn import CLIP, NEIGHBOURS, SMOOTHING, KnnClassifier
+from ..weights import DIRECTORY, Card, load, save
+from .dataset import FAMILIES, HELD_BACK_CLOUDS, SEED, TRAINING_CLOUDS, Dataset, make_dataset, numbers, option
+from .metrics import metrics
 
 CHECK_CLOUDS = 250
 LOWEST_CHECK = 0.8
@@ -66,7 +58,7 @@ def train(
     test = make_dataset(seed + 1, held_back, processes=processes, cache=cache)
     scores = metrics(KnnClassifier(arrays).probabilities(test.rows), test)
     recipe = {
-        "command": f"python -m models.training.knn --seed {seed} --clouds {option(clouds)} "
+        "command": f"python -m primfit.models.training.knn --seed {seed} --clouds {option(clouds)} "
         f"--held-back {held_back}",
         "clouds": dict(clouds),
         "held_back_seed": seed + 1,
@@ -96,7 +88,7 @@ def check(seed: int) -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m models.training.knn", description=__doc__.splitlines()[0]
+        prog="python -m primfit.models.training.knn", description=__doc__.splitlines()[0]
     )
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--clouds", type=numbers, default=TRAINING_CLOUDS, help="of each family, or of all")

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fitting.primitives import KINDS
-from models.training.dataset import Dataset
+from primfit.fitting.primitives import KINDS
+
+from .dataset import Dataset
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Train the network:  python -m models.training.network --seed 2022
+"""Train the network:  python -m primfit.models.training.network --seed 2022
 
 The same seed and sizes give the same bytes on one machine and set of packages. Training uses clouds of
 `seed`, calibration clouds of `seed + 2`, and the card's figures clouds of `seed + 1`.
@@ -16,21 +16,14 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from fitting.cloud import NORMAL_POINTS
-from fitting.primitives import KINDS
-from models.features import BLOCKS
-from models.network import CLIP, NetworkClassifier, softmax
-from models.training.dataset import (
-    HELD_BACK_CLOUDS,
-    SEED,
-    TRAINING_CLOUDS,
-    Dataset,
-    make_dataset,
-    numbers,
-    option,
-)
-from models.training.metrics import calibration_error, metrics, rank_of_truth
-from models.weights import DIRECTORY, Card, save
+from primfit.fitting.cloud.cloud import NORMAL_POINTS
+from primfit.fitting.primitives import KINDS
+
+from ..features import BLOCKS
+from ..network import CLIP, NetworkClassifier, softmax
+from ..weights import DIRECTORY, Card, save
+from .dataset import HELD_BACK_CLOUDS, SEED, TRAINING_CLOUDS, Dataset, make_dataset, numbers, option
+from .metrics import calibration_error, metrics, rank_of_truth
 
 Array = NDArray[np.float64]
 
@@ -159,7 +152,7 @@ def train(
         before = calibration_error(raw[chosen], test.labels[chosen])
         scores[family]["calibration_error_before"] = round(before, 4)
     recipe = {
-        "command": f"python -m models.training.network --seed {seed} --clouds {option(clouds)} "
+        "command": f"python -m primfit.models.training.network --seed {seed} --clouds {option(clouds)} "
         f"--held-back {held_back} --calibration {calibration} --epochs {epochs}",
         "clouds": dict(clouds),
         "held_back_seed": seed + 1,

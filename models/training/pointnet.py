@@ -1,4 +1,4 @@
-"""The rival design, trained and scored on the same clouds:  python -m models.training.pointnet
+"""The rival design, trained and scored on the same clouds:  python -m primfit.models.training.pointnet
 
 A small PointNet (Qi et al., CVPR 2017): one network for every point, then the largest and the mean value over
 the points. It sees 256 points, each by numbers that no rigid motion changes. It is compared, not shipped.
@@ -12,11 +12,12 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from fitting.primitives import KINDS
-from models.network import softmax
-from models.training.dataset import make_dataset
-from models.training.metrics import metrics
-from models.training.network import fit, options, predict, temperature
+from primfit.fitting.primitives import KINDS
+
+from ..network import softmax
+from .dataset import make_dataset
+from .metrics import metrics
+from .network import fit, options, predict, temperature
 
 
 class PointNet(nn.Module):

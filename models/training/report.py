@@ -10,15 +10,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from models.training.dataset import FAMILIES
-from models.weights import DIRECTORY
+from ..weights import DIRECTORY
+from .dataset import FAMILIES
 
 Scores = Mapping[str, Any]
 """By family, as `models.training.metrics.metrics` returns them."""
 
 HEAD = """# Figures of the classifiers
 
-<!-- Written by `python -m models.training.report`; change that file, not this one. -->
+<!-- Written by `python -m primfit.models.training.report`; change that file, not this one. -->
 
 Measured on held-back seeds; those of network and k-NN stand in the cards beside their weights, too.
 [training.md](training.md) says what they mean.

@@ -1,4 +1,4 @@
-"""How long a ranking takes, on one thread:  OMP_NUM_THREADS=1 python -m models.training.timing
+"""How long a ranking takes, on one thread:  OMP_NUM_THREADS=1 python -m primfit.models.training.timing
 
 Processor time of features and network, without the normals, which the pipeline needs anyway.
 """
@@ -11,10 +11,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from models import CLASSIFIERS, load_classifier
-from models.features import features
-from models.training.dataset import FAMILIES, TRAINING_RECIPES, seen
-from synthetic import cloud
+from primfit.synthetic import cloud
+
+from .. import CLASSIFIERS, load_classifier
+from ..features import features
+from .dataset import FAMILIES, TRAINING_RECIPES, seen
 
 Array = NDArray[np.float64]
 Ranker = Callable[[Array, Array], object]

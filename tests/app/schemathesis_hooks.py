@@ -8,9 +8,9 @@ import numpy as np
 import schemathesis
 from hypothesis import strategies as st
 
-from app.openapi import RAW_TYPES
-from app.options import OBJECTS
-from fitting.primitives import Cylinder, Sphere
+from primfit.app.service.openapi import RAW_TYPES
+from primfit.app.wire.options import OBJECTS
+from primfit.fitting.primitives import Cylinder, Sphere
 
 
 def _cloud(seed: int) -> np.ndarray:

@@ -51,7 +51,7 @@ def running(
         port = free.getsockname()[1]
     names = {f"PRIMFIT_{name.upper()}": str(value) for name, value in settings.items()}
     environment = {**os.environ, **names, "PRIMFIT_TEMPORARY_DIRECTORY": str(directory)}
-    command = [sys.executable, "-m", "app.cli", "serve", "--port", str(port)]
+    command = [sys.executable, "-m", "primfit", "serve", "--port", str(port)]
     log = directory.with_suffix(".log")
     with log.open("wb") as stderr:
         process = subprocess.Popen(command, env=environment, cwd=code, stderr=stderr, start_new_session=True)

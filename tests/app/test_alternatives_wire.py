@@ -12,12 +12,12 @@ import pytest
 from typer.testing import CliRunner
 
 import primfit
-from app import jobs
-from app.cli import app
-from app.readers import Limits
-from app.schemas import FitAnswer
-from fitting.primitives import parameters
-from fitting.result import Recognition
+from primfit.app.cli.commands import app
+from primfit.app.readers import Limits
+from primfit.app.wire.schemas import FitAnswer
+from primfit.app.workers import jobs
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.primitives import parameters
 from tests.app.serving import EXAMPLES, Service
 from tests.fitting.by_hand import CORRELATED, SMOOTH, ambiguous, cloud_of
 
@@ -33,7 +33,7 @@ def recognition() -> Recognition:
 @pytest.fixture
 def answered(recognition: Recognition, monkeypatch: pytest.MonkeyPatch) -> Recognition:
     """What every fit of this process gives."""
-    for module in ("app.jobs", "app.files"):
+    for module in ("primfit.app.workers.jobs", "primfit.app.cli.files"):
         monkeypatch.setattr(f"{module}.fit_cloud", lambda cloud, options: recognition)
     return recognition
 

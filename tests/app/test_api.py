@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 import zstandard
 
-from app.answer import answer, to_json
-from app.engine import fit
-from app.openapi import MEDIA_TYPES
-from app.readers import read
-from app.schemas import FitAnswer, KindName, Problem
-from fitting.primitives import KINDS
+from primfit.app.engine.answer import answer, to_json
+from primfit.app.engine.fit import fit
+from primfit.app.readers import read
+from primfit.app.service.openapi import MEDIA_TYPES
+from primfit.app.wire.schemas import FitAnswer, KindName, Problem
+from primfit.fitting.primitives import KINDS
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import primfit
-from app.readers.cloud import unit_normals
-from fitting.errors import InvalidPointCloudError
+from primfit.app.readers.cloud import unit_normals
+from primfit.fitting.errors import InvalidPointCloudError
 from tests.fitting.clouds import EXAMPLES, noisy
 
 CYLINDER = EXAMPLES["cylinder"]

@@ -18,7 +18,7 @@ import httpx
 import numpy as np
 import pytest
 
-from app.schemas import BatchAnswer, BatchProblem, BatchSummary
+from primfit.app.wire.schemas import BatchAnswer, BatchProblem, BatchSummary
 from tests.app.processes import needs_proc, ticks
 from tests.app.serving import EXAMPLES, PATIENCE, Service, running, wait_for, workers
 

@@ -5,13 +5,13 @@ import math
 from pathlib import Path
 from typing import Any, get_args
 
-from app.exports import FORMATS as ARTIFACTS
-from app.openapi import MEDIA_TYPES
-from app.readers import FORMATS
-from app.schemas import Capabilities, FitOptions
-from fitting.config import Criterion
-from fitting.primitives import KINDS
-from models import CLASSIFIERS
+from primfit.app.exports import FORMATS as ARTIFACTS
+from primfit.app.readers import FORMATS
+from primfit.app.service.openapi import MEDIA_TYPES
+from primfit.app.wire.schemas import Capabilities, FitOptions
+from primfit.fitting.primitives import KINDS
+from primfit.fitting.request.config import Criterion
+from primfit.models import CLASSIFIERS
 
 SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from app.batch import CollisionError, plan
-from app.cli import app
-from fitting.primitives import Plane, Sphere
+from primfit.app.cli.batch import CollisionError, plan
+from primfit.app.cli.commands import app
+from primfit.fitting.primitives import Plane, Sphere
 
 
 def run(*args: object) -> Result:

@@ -12,12 +12,13 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner, Result
 
-from app import cli, schemas
-from app.cli import BADNESS, EXIT, Kind, app
-from app.render import render
-from fitting.config import CRITERIA
-from fitting.criteria import FINISHERS
-from fitting.primitives import KINDS, Cylinder
+from primfit.app.cli import commands as cli
+from primfit.app.cli.commands import BADNESS, EXIT, Kind, app
+from primfit.app.cli.render import render
+from primfit.app.wire import schemas
+from primfit.fitting.primitives import KINDS, Cylinder
+from primfit.fitting.request.config import CRITERIA
+from primfit.fitting.search.criteria import FINISHERS
 
 AXIS = np.array([0.0, 0.6, 0.8])
 
@@ -122,7 +123,7 @@ def test_a_failure_of_ours_costs_one_file_only(clouds: Path, monkeypatch: pytest
     def broken(*args: object, **options: object) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("app.files.fit_cloud", broken)
+    monkeypatch.setattr("primfit.app.cli.files.fit_cloud", broken)
     result = run("fit", "--json", clouds / "cylinder.csv", clouds / "words.txt")
     assert "cylinder.csv: internal error, please report it: ZeroDivisionError" in result.stderr
     assert "words.txt: " in result.stderr
@@ -187,7 +188,7 @@ def _text(body: dict[str, object]) -> str:
 def test_help_imports_neither_numpy_nor_the_service() -> None:
     script = (
         "import sys\n"
-        "from app.cli import app\n"
+        "from app.cli.commands import app\n"
         "try:\n    app(['--help'])\n"
         "except SystemExit: pass\n"
         "heavy = {'numpy', 'scipy', 'sklearn', 'fastapi', 'torch'} & set(sys.modules)\n"

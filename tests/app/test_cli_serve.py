@@ -15,11 +15,11 @@ import pytest
 from typer.testing import CliRunner
 
 import primfit
-from app.cli import app
-from app.server import ListenError, listen
+from primfit.app.cli.commands import app
+from primfit.app.service.server import ListenError, listen
 
 HERE = Path(__file__).parent
-COMMAND = [sys.executable, "-m", "app.cli", "serve"]
+COMMAND = [sys.executable, "-m", "primfit", "serve"]
 PATIENCE = 60
 
 

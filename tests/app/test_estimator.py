@@ -14,8 +14,8 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 from sklearn.utils.validation import validate_data
 
 import primfit
-from app.estimator import PrimitiveFitter
-from fitting.geometry import Array
+from primfit.app.engine.estimator import PrimitiveFitter
+from primfit.fitting.geometry.vectors import Array
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 
 CYLINDER = noisy(EXAMPLES["cylinder"], 400, 0.01)

@@ -8,7 +8,7 @@ import httpx
 import numpy as np
 import pytest
 
-from app.etag import names
+from primfit.app.wire.etag import names
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()

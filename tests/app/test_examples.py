@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from app.files import answer_file
-from app.readers import read_file
-from app.segments import fit_segments
-from synthetic.draw import clouds
-from synthetic.recipes import RECIPES
+from primfit.app.cli.files import answer_file
+from primfit.app.engine.segments import fit_segments
+from primfit.app.readers import read_file
+from primfit.synthetic.draw import clouds
+from primfit.synthetic.recipes import RECIPES
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.answer import answer, to_json
-from app.engine import fit
-from app.readers import read
+from primfit.app.engine.answer import answer, to_json
+from primfit.app.engine.fit import fit
+from primfit.app.readers import read
 from tests.app.generating import generated_client
 from tests.app.serving import ALICE
 from tests.fitting.by_hand import ambiguous

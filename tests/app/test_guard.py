@@ -10,11 +10,11 @@ import httpx
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
-from app.guard import OPEN
-from app.keys import Keys
-from app.problems import RateLimitedError
-from app.rate_limit import RateLimit
-from app.server import is_loopback
+from primfit.app.service.guard import OPEN
+from primfit.app.service.keys import Keys
+from primfit.app.service.rate_limit import RateLimit
+from primfit.app.service.server import is_loopback
+from primfit.app.wire.problems import RateLimitedError
 from tests.app.serving import ALICE, NAMELESS, PATIENCE, running, wait_for
 
 SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())

@@ -2,7 +2,14 @@
 
 import pytest
 
-from app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, json_points, read_json
+from primfit.app.readers import (
+    InvalidPointsError,
+    Limits,
+    TooLargeError,
+    UnreadableFileError,
+    json_points,
+    read_json,
+)
 
 
 def _points(rows: str) -> bytes:

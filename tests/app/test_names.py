@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.names import Ids, base_name, plain
+from primfit.app.engine.names import Ids, base_name, plain
 
 
 @pytest.mark.parametrize(

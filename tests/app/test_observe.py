@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
-from app.metrics import Metrics
+from primfit.app.service.metrics import Metrics
 from tests.app.serving import ALICE, wait_for, workers
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"

@@ -12,9 +12,9 @@ from typing import Any
 import httpx
 import pytest
 
-from app.answer import answer, to_json
-from app.readers import read
-from fitting.primitives import parameters
+from primfit.app.engine.answer import answer, to_json
+from primfit.app.readers import read
+from primfit.fitting.primitives import parameters
 from tests.app.generating import generated_client
 from tests.app.serving import EXAMPLES, Service
 from tests.fitting.by_hand import ambiguous

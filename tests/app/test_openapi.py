@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
-from app.api import create_app
-from app.openapi import as_text
-from app.settings import Settings
+from primfit.app.service.api import create_app
+from primfit.app.service.openapi import as_text
+from primfit.app.service.settings import Settings
 
 COMMITTED = Path(__file__).parents[2] / "docs" / "openapi.json"
 DOCUMENT = json.loads(COMMITTED.read_bytes())

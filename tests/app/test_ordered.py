@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from app.ordered import in_order
+from primfit.app.service.ordered import in_order
 
 
 class _Work:

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from starlette.exceptions import HTTPException
 
-from app import problems
-from app.readers import FieldError, InvalidPointsError
-from fitting.errors import InvalidOptionError, InvalidPointCloudError
+from primfit.app.readers import FieldError, InvalidPointsError
+from primfit.app.wire import problems
+from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
 
 def test_an_unexpected_error_tells_nothing() -> None:

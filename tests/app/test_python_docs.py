@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from app import estimator
+from primfit.app.engine import estimator
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "python.md").read_text()

@@ -14,7 +14,7 @@ import zstandard
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, read
+from primfit.app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, read
 
 POINTS = np.random.default_rng(3).normal(size=(50, 3)) * 100.0 + [1e6, -2e6, 3.0]
 

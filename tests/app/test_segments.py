@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import primfit
-from app.answer import answer
-from app.readers.cloud import Cloud
-from app.segments import cut, cut_cloud, part
-from fitting.errors import InvalidOptionError, InvalidPointCloudError
+from primfit.app.engine.answer import answer
+from primfit.app.engine.segments import cut, cut_cloud, part
+from primfit.app.readers.cloud import Cloud
+from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
 RNG = np.random.default_rng(8)
 NORMALS = RNG.normal(size=(300, 3))

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import app
-from app.settings import Settings, SettingsError, load
-from app.settings_page import in_force, page
+from primfit.app.cli.commands import app
+from primfit.app.service.settings import Settings, SettingsError, load
+from primfit.app.service.settings_page import in_force, page
 
 PAGE = Path(__file__).parents[2] / "docs" / "settings.md"
 KEY = "s3cret-s3cret-s3cret"

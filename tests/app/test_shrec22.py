@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from app.shrec22 import prediction
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
+from primfit.app.engine.shrec22 import prediction
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
 
 Z = np.array([0.0, 0.0, 1.0])
 P = np.array([0.1, 1e-17, -1 / 3])

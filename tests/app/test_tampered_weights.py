@@ -28,9 +28,8 @@ class _Bomb:
 def _tampered(directory: Path, name: str) -> Path:
     """A copy of the code whose weights of this name hold a bomb, which would make `directory/unpickled`."""
     code = directory / "code"
-    for house in ("app", "fitting", "models"):
-        shutil.copytree(ROOT / house, code / house, ignore=shutil.ignore_patterns("__pycache__", "training"))
-    file = code / "models" / "weights" / f"{name}.npz"
+    shutil.copytree(ROOT / "src", code, ignore=shutil.ignore_patterns("__pycache__", "training"))
+    file = code / "primfit" / "models" / "weights" / f"{name}.npz"
     with np.load(file) as arrays:
         first = arrays.files[0]
     array = io.BytesIO()

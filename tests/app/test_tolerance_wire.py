@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import primfit
-from app.cli import app
+from primfit.app.cli.commands import app
 from tests.app.serving import EXAMPLES, Service
 from tests.fitting.clouds import EXAMPLES as PRIMITIVES
 from tests.fitting.clouds import Array, noisy

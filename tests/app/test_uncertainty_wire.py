@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from app.files import answer_file
-from app.render import render
-from app.schemas import FitAnswer
 from primfit import Cylinder
+from primfit.app.cli.files import answer_file
+from primfit.app.cli.render import render
+from primfit.app.wire.schemas import FitAnswer
 
 
 def write(folder: Path, degrees: float, sigma: float) -> str:

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from app.problems import BusyError, TimeLimitError, WorkerDiedError
-from app.workers import WorkerPool
+from primfit.app.wire.problems import BusyError, TimeLimitError, WorkerDiedError
+from primfit.app.workers.pool import WorkerPool
 from tests.app.serving import PATIENCE
 
 

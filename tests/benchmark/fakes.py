@@ -5,9 +5,9 @@ import time
 
 import numpy as np
 
-from benchmark import child
-from benchmark.methods import METHODS, Answer
-from fitting.primitives import Sphere
+from primfit.benchmark import child
+from primfit.benchmark.methods import METHODS, Answer
+from primfit.fitting.primitives import Sphere
 
 BAD = ("right", "raises", "panics", "crashes", "hangs", "wild", "given", "missing")
 

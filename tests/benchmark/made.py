@@ -1,6 +1,6 @@
 """Records that are made up."""
 
-from benchmark.records import Record
+from primfit.benchmark.records import Record
 
 
 def record(kind: str, answer: str, surface: float = 0.0, **fields: object) -> Record:

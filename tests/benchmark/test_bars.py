@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.pieces import CLEAR, INDISTINGUISHABLE
-from benchmark.real import REAL
-from benchmark.report.bars import BARS, held_to, mean_fitting_error, quartile_and_mean
-from benchmark.report.data import Data
-from benchmark.track import TRACK
+from primfit.benchmark.pieces import CLEAR, INDISTINGUISHABLE
+from primfit.benchmark.real import REAL
+from primfit.benchmark.report.bars import BARS, held_to, mean_fitting_error, quartile_and_mean
+from primfit.benchmark.report.data import Data
+from primfit.benchmark.track import TRACK
 from tests.benchmark.made import record
 
 

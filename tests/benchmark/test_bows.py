@@ -5,11 +5,11 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from benchmark.bows import NOISE, POINTS, beyond, bowed_cloud, deviating
-from benchmark.cases import AMPLITUDES, CASE_SETS
-from fitting.primitives import KINDS
-from fitting.refine import refine
-from synthetic.bows import DEVIATIONS_OF
+from primfit.benchmark.bows import NOISE, POINTS, beyond, bowed_cloud, deviating
+from primfit.benchmark.cases import AMPLITUDES, CASE_SETS
+from primfit.fitting.primitives import KINDS
+from primfit.fitting.solver.refine import refine
+from primfit.synthetic.bows import DEVIATIONS_OF
 
 PARTS = [(kind, deviation) for kind in KINDS for deviation in DEVIATIONS_OF[kind]]
 

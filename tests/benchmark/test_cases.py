@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from benchmark.cases import (
+from primfit.benchmark.cases import (
     ARCS,
     CASE_SETS,
     COORDINATES,
@@ -18,8 +18,8 @@ from benchmark.cases import (
     TEST_SET,
     turn,
 )
-from benchmark.nearest import off_every_kind
-from benchmark.pieces import (
+from primfit.benchmark.nearest import off_every_kind
+from primfit.benchmark.pieces import (
     BIAS_NOISE,
     BOW,
     CLEAR,
@@ -35,9 +35,9 @@ from benchmark.pieces import (
     largest_radius,
     noisy,
 )
-from fitting.primitives import KINDS, Sphere, Torus
-from synthetic.foreign import cloud_and_shape
-from synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES, ForeignRecipe
+from primfit.fitting.primitives import KINDS, Sphere, Torus
+from primfit.synthetic.foreign import cloud_and_shape
+from primfit.synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES, ForeignRecipe
 
 FEW = 12
 

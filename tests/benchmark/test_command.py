@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from app import cli
-from benchmark import command, options
-from benchmark.cases import CASE_SETS
-from benchmark.command import BAD_INPUT, INTERRUPTED, bench
-from benchmark.records import TIMES, RecordsFile
-from benchmark.report import pictures
-from models.weights import load
+from primfit.app.cli import commands as cli
+from primfit.benchmark import command, options
+from primfit.benchmark.cases import CASE_SETS
+from primfit.benchmark.command import BAD_INPUT, INTERRUPTED, bench
+from primfit.benchmark.records import TIMES, RecordsFile
+from primfit.benchmark.report import pictures
+from primfit.models.weights import load
 
 ROOT = Path(__file__).parents[2]
 

@@ -3,10 +3,18 @@
 import numpy as np
 import pytest
 
-from benchmark.cases import ANGLE_BUCKETS, CASE_SETS, bucket
-from benchmark.cone_arcs import ARC, CHI_SQUARED, HALF_ANGLE, MOST_NOISE, POINTS, RADIUS_CHANGE, arc_cloud
-from fitting.primitives import Cylinder
-from synthetic.telling import nearest
+from primfit.benchmark.cases import ANGLE_BUCKETS, CASE_SETS, bucket
+from primfit.benchmark.cone_arcs import (
+    ARC,
+    CHI_SQUARED,
+    HALF_ANGLE,
+    MOST_NOISE,
+    POINTS,
+    RADIUS_CHANGE,
+    arc_cloud,
+)
+from primfit.fitting.primitives import Cylinder
+from primfit.synthetic.telling import nearest
 
 
 def rng(seed: int) -> np.random.Generator:

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmark.command import bench
-from benchmark.coverage import (
+from primfit.benchmark.command import bench
+from primfit.benchmark.coverage import (
     LAWS,
     bow,
     cramer_rao,
@@ -19,7 +19,7 @@ from benchmark.coverage import (
     waves,
     wavy,
 )
-from fitting.primitives import KINDS, Sphere
+from primfit.fitting.primitives import KINDS, Sphere
 
 
 def test_waves_have_unit_variance_and_the_correlation_that_is_said() -> None:

@@ -1,8 +1,8 @@
 """`primfit bench drawing`: how many clouds of each recipe are drawn in a minute."""
 
-from benchmark.command import bench
-from benchmark.drawing import BARS, Rate, rate, table
-from synthetic import RECIPES
+from primfit.benchmark.command import bench
+from primfit.benchmark.drawing import BARS, Rate, rate, table
+from primfit.synthetic import RECIPES
 
 
 def test_clouds_are_drawn_until_the_time_is_over():
@@ -20,7 +20,7 @@ def test_the_table_holds_rates_against_their_bars():
 
 
 def test_the_command_measures_every_recipe(capsys, monkeypatch):
-    monkeypatch.setattr("benchmark.drawing.rate", lambda name, seed, seconds: Rate(name, seed, 700, seconds))
+    monkeypatch.setattr("primfit.benchmark.drawing.rate", lambda name, seed, seconds: Rate(name, seed, 700, seconds))
     assert bench(["drawing", "--seed", "7", "--seconds", "2"]) == 0
     lines = capsys.readouterr().out.splitlines()[2:]
     assert [line.split("`")[1] for line in lines] == list(RECIPES) and set(BARS) <= set(RECIPES)

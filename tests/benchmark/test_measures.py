@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmark.measures import (
+from primfit.benchmark.measures import (
     MOST_SAMPLED,
     distances,
     fitting_errors,
@@ -16,8 +16,8 @@ from benchmark.measures import (
     surface_error,
     truth_errors,
 )
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from fitting.primitives.shrec22 import from_vector, to_vector
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.shrec22 import from_vector, to_vector
 
 ORIGIN = np.zeros(3)
 X, Z = np.eye(3)[0], np.eye(3)[2]

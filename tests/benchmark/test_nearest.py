@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmark.nearest import ENOUGH, off_every_kind
-from synthetic.sections import bar, deviation, section
+from primfit.benchmark.nearest import ENOUGH, off_every_kind
+from primfit.synthetic.sections import bar, deviation, section
 from tests.fitting.clouds import EXAMPLES, sample
 
 

@@ -5,9 +5,9 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from benchmark.cases import CASE_SETS, DEVIATIONS_SEEN, PIPE, bucket
-from benchmark.prisms import NOISE, POINTS, section_cloud
-from synthetic.sections import SECTIONS, deviation, section
+from primfit.benchmark.cases import CASE_SETS, DEVIATIONS_SEEN, PIPE, bucket
+from primfit.benchmark.prisms import NOISE, POINTS, section_cloud
+from primfit.synthetic.sections import SECTIONS, deviation, section
 
 
 def test_every_fourth_cloud_is_a_pipe_and_sorts_take_turns():

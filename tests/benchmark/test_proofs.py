@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.command import bench
-from benchmark.proofs import constraints, determinism, equivariance, least_squares, oracles, zones
-from benchmark.proofs.constraint_oracle import optimum, violations
-from benchmark.proofs.records import ProofRecord, ProofsFile, prove
-from benchmark.records import RecordsFile
-from benchmark.report import write
-from benchmark.report.proof_bars import PROOF_BARS
-from benchmark.report.proofs import proven
-from fitting.primitives import parameters
+from primfit.benchmark.command import bench
+from primfit.benchmark.proofs import constraints, determinism, equivariance, least_squares, oracles, zones
+from primfit.benchmark.proofs.constraint_oracle import optimum, violations
+from primfit.benchmark.proofs.records import ProofRecord, ProofsFile, prove
+from primfit.benchmark.records import RecordsFile
+from primfit.benchmark.report import write
+from primfit.benchmark.report.proof_bars import PROOF_BARS
+from primfit.benchmark.report.proofs import proven
+from primfit.fitting.primitives import parameters
 from tests.benchmark.made import record
 from tests.fitting.clouds import EXAMPLES, sample
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from benchmark.command import BAD_INPUT, bench
-from benchmark.real import REAL, RealError, RealFolder
-from benchmark.records import RecordsFile
+from primfit.benchmark.command import BAD_INPUT, bench
+from primfit.benchmark.real import REAL, RealError, RealFolder
+from primfit.benchmark.records import RecordsFile
 
 HEADER = "file,kind,sensor\n"
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.cases import Case
-from benchmark.records import Outcome, RecordsFile, Scored, to_primitive
-from fitting.primitives import Cone, Plane, parameters
+from primfit.benchmark.cases import Case
+from primfit.benchmark.records import Outcome, RecordsFile, Scored, to_primitive
+from primfit.fitting.primitives import Cone, Plane, parameters
 
 PLANE = Plane([0, 0, 1], [0, 0, 0])
 POINTS = np.array([[0, 0, 1], [4, 0, -1], [4, 3, 1], [0, 3, -1], [0, 0, 40]], float)

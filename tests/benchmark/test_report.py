@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.records import Record, RecordsFile
-from benchmark.report import paper, pictures
-from benchmark.report.beside_paper import beside_the_paper
-from benchmark.report.data import Data, NoRecordsError
-from benchmark.report.details import details
-from benchmark.report.markdown import milliseconds, percent, scientific, table
-from benchmark.report.sections import at_a_glance, behind, methods, of_set
-from fitting.primitives import KINDS
+from primfit.benchmark.records import Record, RecordsFile
+from primfit.benchmark.report import paper, pictures
+from primfit.benchmark.report.beside_paper import beside_the_paper
+from primfit.benchmark.report.data import Data, NoRecordsError
+from primfit.benchmark.report.details import details
+from primfit.benchmark.report.markdown import milliseconds, percent, scientific, table
+from primfit.benchmark.report.sections import at_a_glance, behind, methods, of_set
+from primfit.fitting.primitives import KINDS
 from tests.benchmark.made import record
 
 ABOUT = {

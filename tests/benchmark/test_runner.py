@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmark import child as child_process
-from benchmark import runner, sources
-from benchmark.cases import Case
-from benchmark.methods.primfit import Primfit
-from benchmark.records import RecordsFile
-from benchmark.runner import Child, MethodError, Work, begin, introduce, run
-from fitting.primitives import Plane, Sphere
+from primfit.benchmark import child as child_process
+from primfit.benchmark import runner, sources
+from primfit.benchmark.cases import Case
+from primfit.benchmark.methods.primfit import Primfit
+from primfit.benchmark.records import RecordsFile
+from primfit.benchmark.runner import Child, MethodError, Work, begin, introduce, run
+from primfit.fitting.primitives import Plane, Sphere
 
 FAKES = str(Path(__file__).with_name("fakes.py"))
 PATIENT, HASTY = 60.0, 0.5
@@ -141,7 +141,7 @@ class _Dead:
     pid = 0
 
 
-@pytest.mark.parametrize("name", ["fitting/verdict.py", "fitting/_descent.pyx", "fitting/_surfaces.h"])
+@pytest.mark.parametrize("name", ["fitting/verdict/judge.py", "fitting/solver/_descent.pyx", "fitting/primitives/cone.h"])
 def test_versions_tell_one_state_of_the_code_from_another(name, tmp_path, monkeypatch):
     monkeypatch.setattr(sources, "ROOT", tmp_path)
     files = [tmp_path / "benchmark/methods/primfit.py", tmp_path / name]

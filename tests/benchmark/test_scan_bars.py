@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from benchmark.real import REAL
-from benchmark.records import Record
-from benchmark.report.scan_bars import (
+from primfit.benchmark.real import REAL
+from primfit.benchmark.records import Record
+from primfit.benchmark.report.scan_bars import (
     SCAN_BARS,
     SHAPE_BARS,
     each_kind,
@@ -16,8 +16,8 @@ from benchmark.report.scan_bars import (
     names_other,
     no_worse_with_more_points,
 )
-from benchmark.report.scans import SENSOR
-from benchmark.scores import is_first
+from primfit.benchmark.report.scans import SENSOR
+from primfit.benchmark.scores import is_first
 from tests.benchmark.made import record
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.scores import (
+from primfit.benchmark.scores import (
     ANSWERS,
     among,
     confusion,
@@ -19,7 +19,7 @@ from benchmark.scores import (
     spread,
     standard_errors,
 )
-from fitting.primitives import KINDS
+from primfit.fitting.primitives import KINDS
 from tests.benchmark.made import record
 
 

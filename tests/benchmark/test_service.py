@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from benchmark import service
-from benchmark.command import bench
-from benchmark.service import Row, livez_line, table
+from primfit.benchmark import service
+from primfit.benchmark.command import bench
+from primfit.benchmark.service import Row, livez_line, table
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def test_the_table_has_medians_and_what_the_fastest_differ_by():
 
 def test_the_picture_is_drawn(tmp_path):
     pytest.importorskip("matplotlib")
-    from benchmark.report.added import draw_added
+    from primfit.benchmark.report.added import draw_added
 
     fits = np.full((1, 3), 10.0)
     rows = [Row(name, size, 1, fits + 1.0, fits) for name in service.FORMATS for size in service.SIZES]

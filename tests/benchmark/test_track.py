@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmark.track import TrackError, TrackFolder, read_points, shrec22_cases
-from fitting.primitives import Plane, Sphere
+from primfit.benchmark.track import TrackError, TrackFolder, read_points, shrec22_cases
+from primfit.fitting.primitives import Plane, Sphere
 
 CLOUD = "1,2,3\n4.5,5,6\n7,8,9e-1\n"
 

@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 
-from fitting.config import Config
-from fitting.recognize import recognize
-from fitting.result import Alternative, Deviation, Recognition
+from primfit.fitting.answer.result import Alternative, Recognition
+from primfit.fitting.answer.values import Deviation
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
 from tests.fitting.clouds import EXAMPLES, Array, noisy
 
 CORRELATED, SMOOTH = Deviation(0.004, 0.35), Deviation(0.4, 60.0)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fitting.geometry import Array
+from primfit.fitting.geometry.vectors import Array
 
 
 def _radius(at: Array) -> Array:

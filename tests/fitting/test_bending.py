@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.bending import bent
-from fitting.primitives import Cylinder, Primitive, Sphere
-from fitting.refine import stepped
+from primfit.fitting.primitives import Cylinder, Primitive, Sphere
+from primfit.fitting.solver.refine import stepped
+from primfit.fitting.zones.bending import bent
 from tests.fitting.clouds import EXAMPLES, sample
 
 CURVED = {name: primitive for name, primitive in EXAMPLES.items() if name != "plane"}

@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from benchmark.proofs import oracles
-from benchmark.proofs.constraint_oracle import chart, optimum, shifted, violations
-from fitting.config import EXTREME, Config
-from fitting.constraints import Constraints, Range
-from fitting.errors import InvalidOptionError, InvalidPointCloudError
-from fitting.guess import guess_of
-from fitting.kernels import Kernel
-from fitting.limits import Limits, moved
-from fitting.normalize import Frame
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
-from fitting.recognize import recognize
-from fitting.refine import refine
-from fitting.result import Recognition
+from primfit.benchmark.proofs import oracles
+from primfit.benchmark.proofs.constraint_oracle import chart, optimum, shifted, violations
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
+from primfit.fitting.noise.kernels import Kernel
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import EXTREME, Config
+from primfit.fitting.request.constraints import Constraints, Range
+from primfit.fitting.request.guess import guess_of
+from primfit.fitting.solver.limits import Limits, moved
+from primfit.fitting.solver.refine import refine
 from tests.fitting.clouds import EXAMPLES, Array, noisy
 
 FAR = np.array([3e3, -2e3, 1e3])

@@ -4,15 +4,18 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from fitting.axes import DIRECTION_GRID, axis_directions, circles, revolution_axis
-from fitting.cloud import Cloud
-from fitting.kernels import Kernel
-from fitting.noise import core_scale, exact_points, is_normal, rounding_of
-from fitting.normalize import Frame
-from fitting.normals import estimate_normals
-from fitting.primitives import Cylinder, Primitive
-from fitting.refine import refine, stepped
-from fitting.search import Fit, anneal, fit_kind
+from primfit.fitting.cloud.cloud import Cloud
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.cloud.normals import estimate_normals
+from primfit.fitting.geometry.axes import DIRECTION_GRID, axis_directions, circles, revolution_axis
+from primfit.fitting.noise.exact import exact_points
+from primfit.fitting.noise.kernels import Kernel
+from primfit.fitting.noise.rounding import rounding_of
+from primfit.fitting.noise.scale import core_scale, is_normal
+from primfit.fitting.primitives import Cylinder, Primitive
+from primfit.fitting.search.anneal import anneal
+from primfit.fitting.search.kind import Fit, fit_kind
+from primfit.fitting.solver.refine import refine, stepped
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 
 examples = pytest.mark.parametrize("primitive", EXAMPLES.values(), ids=EXAMPLES.keys())

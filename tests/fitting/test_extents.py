@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting.config import Config
-from fitting.extents import EXTENTS, PlaneExtents, extents_of
-from fitting.geometry import Array, around_axis, basis
-from fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from fitting.recognize import recognize
+from primfit.fitting.extents import EXTENTS, PlaneExtents, extents_of
+from primfit.fitting.geometry.vectors import Array, around_axis, basis
+from primfit.fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
 from tests.fitting.clouds import rotation
 
 Range = tuple[float, float]

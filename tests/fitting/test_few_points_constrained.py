@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting.config import Config
-from fitting.constraints import Constraints
-from fitting.errors import InvalidPointCloudError
-from fitting.limits import Limits, dof_within
-from fitting.normalize import Frame
-from fitting.primitives import PRIMITIVES
-from fitting.recognize import recognize
-from fitting.refine import refine, stepped
-from fitting.result import Recognition
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.errors import InvalidPointCloudError
+from primfit.fitting.primitives import PRIMITIVES
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from primfit.fitting.request.constraints import Constraints
+from primfit.fitting.solver.limits import Limits, dof_within
+from primfit.fitting.solver.refine import refine, stepped
 from tests.fitting.clouds import EXAMPLES, Array, noisy, sample
 from tests.fitting.test_constraints import CASES, IDS
 

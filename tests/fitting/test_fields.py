@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from fitting.fields import Explanations, Patched, explanations, log_mean
-from fitting.geometry import Array
-from fitting.patches import GRAIN, PATCHES, grains_of, patches_of, strips_of
-from fitting.primitives import Cylinder, Plane, Sphere
-from fitting.refine import linearize, refine
+from primfit.fitting.cloud.patches import GRAIN, PATCHES, grains_of, patches_of, strips_of
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.noise.fields import Explanations, Patched, explanations, log_mean
+from primfit.fitting.primitives import Cylinder, Plane, Sphere
+from primfit.fitting.solver.refine import linearize, refine
 
 NOISE = 0.01
 

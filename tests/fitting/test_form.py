@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.form import OUTERMOST, Form, Reference, form_of
-from fitting.geometry import Array
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.form import OUTERMOST, Form, Reference, form_of
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 
 TURN = 2.0 * np.pi
 AXIS, HERE = [0.3, -0.5, 0.8], [10.0, 20.0, 30.0]

@@ -7,11 +7,11 @@ fitted gets nothing but points, kind and criterion.
 import numpy as np
 import pytest
 
-from benchmark.proofs import oracles
-from benchmark.proofs.fits import fitted
-from benchmark.proofs.least_squares import ANGLE, LENGTH, RELATIVE, beside_nominal, beside_optimum
-from benchmark.proofs.parts import HALF_ANGLES, part
-from fitting.primitives import KINDS, Cone, parameters
+from primfit.benchmark.proofs import oracles
+from primfit.benchmark.proofs.fits import fitted
+from primfit.benchmark.proofs.least_squares import ANGLE, LENGTH, RELATIVE, beside_nominal, beside_optimum
+from primfit.benchmark.proofs.parts import HALF_ANGLES, part
+from primfit.fitting.primitives import KINDS, Cone, parameters
 
 
 def rng_of(kind: str, seed: int) -> np.random.Generator:

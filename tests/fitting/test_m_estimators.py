@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from fitting.config import Config
-from fitting.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
-from fitting.normalize import Frame
-from fitting.primitives import Primitive, Sphere
-from fitting.recognize import recognize
-from fitting.refine import linearize, stepped
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.noise.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
+from primfit.fitting.primitives import Primitive, Sphere
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from primfit.fitting.solver.refine import linearize, stepped
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 
 examples = pytest.mark.parametrize("primitive", EXAMPLES.values(), ids=EXAMPLES.keys())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import stdtr, stdtrit
 
-from fitting.mixture import mixed
+from primfit.fitting.uncertainty.mixture import mixed
 
 FREE = 60.0
 UNIT = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, -2e-4], [0.0, -2e-4, 1e-6]])

@@ -1,15 +1,16 @@
-"""fitting/noise.py: laws that it rests on, and for each of its numbers what goes wrong without it."""
+"""fitting/noise/: laws that it rests on, and for each of its numbers what goes wrong without it."""
 
 import numpy as np
 import pytest
 
-import fitting.noise
-import fitting.optimum
-from fitting.config import Config
-from fitting.errors import InvalidPointCloudError
-from fitting.noise import NoiseModel, exact_points, is_peaked
-from fitting.recognize import recognize
-from fitting.result import Recognition
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.errors import InvalidPointCloudError
+from primfit.fitting.noise import exact, rounding, scale
+from primfit.fitting.noise.exact import exact_points, is_peaked
+from primfit.fitting.noise.outliers import NoiseModel
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from primfit.fitting.uncertainty import optimum
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
 
 Patch = pytest.MonkeyPatch
@@ -63,14 +64,14 @@ def test_without_a_margin_of_rounding_a_cloud_that_was_turned_often_is_not_exact
         return answer.noise.exact_share
 
     assert exact_share() == 1.0
-    monkeypatch.setattr(fitting.noise, "ULPS", 1)
+    monkeypatch.setattr(rounding, "ULPS", 1)
     assert exact_share() < 0.9
 
 
 def test_a_coarse_step_taken_for_a_rounding_makes_a_grid_collinear(monkeypatch: Patch) -> None:
     grid = np.stack(np.meshgrid(np.arange(6.0), np.arange(6.0), [0.0]), axis=-1).reshape(-1, 3)
     assert recognize(grid).primitive is not None
-    monkeypatch.setattr(fitting.noise, "COARSEST_STEPS", 1)
+    monkeypatch.setattr(rounding, "COARSEST_STEPS", 1)
     with pytest.raises(InvalidPointCloudError, match="collinear"):
         recognize(grid)
 
@@ -80,7 +81,7 @@ def test_a_fine_step_taken_for_noise_hides_the_exact_points(monkeypatch: Patch) 
     points[:800] += np.random.default_rng(2).uniform(-0.1, 0.1, (800, 3))
     points = np.round(points, 4)
     assert _radius_error(points) < 1e-5
-    monkeypatch.setattr(fitting.noise, "COARSEST_STEPS", np.inf)
+    monkeypatch.setattr(rounding, "COARSEST_STEPS", np.inf)
     assert _radius_error(points) > 1e-3
 
 
@@ -92,9 +93,9 @@ def test_the_neighbourhood_of_a_peak_is_near_it(monkeypatch: Patch) -> None:
     peaked = noise.copy()
     peaked[:, :60] *= 0.03
     assert np.mean([is_peaked(each, 5) for each in peaked]) > 0.9
-    monkeypatch.setattr(fitting.noise, "AROUND", 30.0)
+    monkeypatch.setattr(exact, "AROUND", 30.0)
     assert np.mean([is_peaked(each, 5) for each in noise]) > 0.9
-    monkeypatch.setattr(fitting.noise, "AROUND", 1.1)
+    monkeypatch.setattr(exact, "AROUND", 1.1)
     assert np.mean([is_peaked(each, 5) for each in peaked]) < 0.6
 
 
@@ -103,8 +104,8 @@ def test_without_a_core_outliers_are_noise(monkeypatch: Patch) -> None:
     points = noisy(EXAMPLES["sphere"], 1000, 0.01)
     points[:300] = rng.uniform(-1.0, 2.0, (300, 3))
     assert _radius_error(points) < 2e-3
-    monkeypatch.setattr(fitting.noise, "CORE", 1e3)
-    monkeypatch.setattr(fitting.noise, "CORE_DEVIATION", 1.0)
+    monkeypatch.setattr(scale, "CORE", 1e3)
+    monkeypatch.setattr(scale, "CORE_DEVIATION", 1.0)
     assert _radius_error(points) > 1e-2
 
 
@@ -121,5 +122,5 @@ def test_the_noise_of_rounding_is_what_intervals_of_rounded_points_come_from(mon
         return np.asarray(found)
 
     assert 0.7 < np.sqrt(np.mean(off() ** 2)) < 1.4
-    monkeypatch.setattr(fitting.optimum, "ROUNDING_NOISE", 1.0)
+    monkeypatch.setattr(optimum, "ROUNDING_NOISE", 1.0)
     assert np.sqrt(np.mean(off() ** 2)) < 0.5

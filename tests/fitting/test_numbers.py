@@ -9,18 +9,16 @@ from functools import partial
 import numpy as np
 import pytest
 
-import fitting.agreement
-import fitting.cloud
-import fitting.evidence
-import fitting.fields
-import fitting.patches
-import fitting.verdict
-from fitting.config import Config
-from fitting.geometry import Array
-from fitting.patches import patches_of, strips_of
-from fitting.primitives import KINDS, Cone
-from fitting.recognize import recognize
-from fitting.result import Recognition
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.cloud import cloud, patches
+from primfit.fitting.cloud.patches import patches_of, strips_of
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.noise import fields
+from primfit.fitting.primitives import KINDS, Cone
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from primfit.fitting.uncertainty import agreement
+from primfit.fitting.verdict import evidence, judge
 
 Patch = pytest.MonkeyPatch
 
@@ -114,10 +112,10 @@ def test_a_folded_sheet_in_few_patches_is_a_cylinder(monkeypatch: Patch) -> None
     points = sheet(1500, 0.003, 1)
     points[:, 2] += 0.3 * np.abs(points[:, 0])
     assert kinds(recognize(points)) == []
-    for module in (fitting.patches, fitting.evidence):
+    for module in (patches, evidence):
         monkeypatch.setattr(module, "PATCHES", 8)
-    monkeypatch.setattr(fitting.cloud, "patches_of", partial(patches_of, most=8))
-    monkeypatch.setattr(fitting.evidence, "strips_of", lambda values, most=8: strips_of(values, most))
+    monkeypatch.setattr(cloud, "patches_of", partial(patches_of, most=8))
+    monkeypatch.setattr(evidence, "strips_of", lambda values, most=8: strips_of(values, most))
     assert kinds(recognize(points)) == ["cylinder"]
 
 
@@ -125,7 +123,7 @@ def test_without_neighbours_in_grains_a_rod_of_twelve_faces_is_round(monkeypatch
     """`GRAIN`: in pieces of a point nothing tells what its own scatter is, beside which faces are seen."""
     points = bar(12, 6000, 0.001, 1)
     assert kinds(recognize(points)) == []
-    for module in (fitting.patches, fitting.evidence):
+    for module in (patches, evidence):
         monkeypatch.setattr(module, "GRAIN", 1)
     assert kinds(recognize(points)) == ["cylinder"]
 
@@ -138,11 +136,11 @@ def test_a_bar_is_a_cylinder_where_sizes_of_fields_are_missing(monkeypatch: Patc
     """`RATIO`: with steps too small large deviations are not looked at; with too large ones these are not."""
     points = bar(6, 3000, 0.003, 3)
     assert kinds(recognize(points)) == []
-    monkeypatch.setattr(fitting.fields, "ROUGH", (1.0 / ratio, 1.0, ratio))
-    monkeypatch.setattr(fitting.fields, "ROUGH_RANGES", (1.0 / ratio**2, 1.0 / ratio, 1.0))
-    monkeypatch.setattr(fitting.fields, "SMOOTH", (1.0, ratio, ratio**2, ratio**3))
-    monkeypatch.setattr(fitting.fields, "SMOOTH_RANGES", (0.5 / ratio, 1.0))
-    monkeypatch.setattr(fitting.fields, "_grid", fitting.fields._grid.__wrapped__)
+    monkeypatch.setattr(fields, "ROUGH", (1.0 / ratio, 1.0, ratio))
+    monkeypatch.setattr(fields, "ROUGH_RANGES", (1.0 / ratio**2, 1.0 / ratio, 1.0))
+    monkeypatch.setattr(fields, "SMOOTH", (1.0, ratio, ratio**2, ratio**3))
+    monkeypatch.setattr(fields, "SMOOTH_RANGES", (0.5 / ratio, 1.0))
+    monkeypatch.setattr(fields, "_grid", fields._grid.__wrapped__)
     assert kinds(recognize(points)) == ["cylinder"]
 
 
@@ -150,7 +148,7 @@ def test_parameters_that_cost_nothing_make_a_pipe_a_cone(monkeypatch: Patch) -> 
     """`PRIOR`"""
     points = pipe(800, 0.005, 4)
     assert kinds(recognize(points)) == ["cylinder"]
-    for module in (fitting.fields, fitting.verdict):
+    for module in (fields, judge):
         monkeypatch.setattr(module, "PRIOR", 0.0)
     assert "cone" in kinds(recognize(points))
 
@@ -159,7 +157,7 @@ def test_parameters_that_cost_too_much_hide_that_a_sheet_is_a_dome(monkeypatch: 
     """`PRIOR`"""
     points = sheet(800, 0.005, 5, bow=0.007)
     assert kinds(recognize(points)) == ["sphere"]
-    for module in (fitting.fields, fitting.verdict):
+    for module in (fields, judge):
         monkeypatch.setattr(module, "PRIOR", 1e3)
     assert kinds(recognize(points)) == []
 
@@ -178,9 +176,9 @@ def test_fields_are_neither_certain_nor_impossible(monkeypatch: Patch) -> None:
     white, wavy = ball(1000, 0.005, 2), sheet(1000, 0.005, 0)
     wavy[:, 2] += 0.005 * np.sin(9.0 * wavy[:, 0] + 1.0) * np.sin(7.0 * wavy[:, 1])
     usual = deviation(white, "sphere"), deviation(wavy, "plane")
-    monkeypatch.setattr(fitting.agreement, "FIELDS", 0.9)
+    monkeypatch.setattr(agreement, "FIELDS", 0.9)
     assert deviation(white, "sphere") > 1.3 * usual[0]
-    monkeypatch.setattr(fitting.agreement, "FIELDS", 1e-100)
+    monkeypatch.setattr(agreement, "FIELDS", 1e-100)
     assert deviation(wavy, "plane") < 0.8 * usual[1]
 
 
@@ -192,7 +190,7 @@ def test_where_no_point_is_an_outlier_stray_ones_count(monkeypatch: Patch) -> No
     points = stray(pipe(1500, 0.005, 6), 0.2, 6)
     answer = recognize(points)
     assert kinds(answer) == ["cylinder"] and inlier_share(answer) == pytest.approx(0.81, abs=0.02)
-    monkeypatch.setattr(fitting.evidence, "OUTLIER", np.inf)
+    monkeypatch.setattr(evidence, "OUTLIER", np.inf)
     answer = recognize(points)
     assert "cone" in kinds(answer) and inlier_share(answer) == 1.0
 
@@ -201,7 +199,7 @@ def test_where_outliers_are_unlikely_a_ball_among_many_is_none(monkeypatch: Patc
     """`OUTLIERS`"""
     points = stray(ball(1500, 1e-4, 7), 0.6, 7)
     assert kinds(recognize(points)) == ["sphere"]
-    monkeypatch.setattr(fitting.evidence, "OUTLIERS", 1e-4)
+    monkeypatch.setattr(evidence, "OUTLIERS", 1e-4)
     assert kinds(recognize(points)) == []
 
 
@@ -211,7 +209,7 @@ def test_beside_exact_points_a_large_dent_is_no_surface_of_its_own(monkeypatch: 
     top = points[:, 2] > 0.4
     points[top] *= 1.0 - 0.1 * np.minimum(1.0, 3.0 * (points[top, 2:] - 0.4))
     assert kinds(recognize(points)) == ["sphere"]
-    monkeypatch.setattr(fitting.evidence, "EXACT_REACH", 0.01)
+    monkeypatch.setattr(evidence, "EXACT_REACH", 0.01)
     assert kinds(recognize(points)) == []
 
 
@@ -222,9 +220,9 @@ def test_a_plane_beside_a_pipe_is_seen_and_strewn_points_are_none(monkeypatch: P
         stray(pipe(1500, 0.005, 10), 0.5, 10),
     )
     assert kinds(recognize(beside)) == [] and kinds(recognize(strewn)) == ["cylinder"]
-    monkeypatch.setattr(fitting.evidence, "FLAT", 0.0)
+    monkeypatch.setattr(evidence, "FLAT", 0.0)
     assert kinds(recognize(beside)) == ["cylinder"]
-    monkeypatch.setattr(fitting.evidence, "FLAT", 1.0)
+    monkeypatch.setattr(evidence, "FLAT", 1.0)
     assert kinds(recognize(strewn)) == []
 
 
@@ -232,9 +230,9 @@ def test_rings_are_asked_for_curves_and_noisy_pipes_are_not(monkeypatch: Patch) 
     """`QUIET`: within much noise quadrics pass through every arc."""
     arc = pipe(800, 0.002, 12, arc=1.0)
     assert {"sphere", "cone"} <= {*kinds(recognize(rings()))} and kinds(recognize(arc)) == ["cylinder"]
-    monkeypatch.setattr(fitting.evidence, "QUIET", 0.0)
+    monkeypatch.setattr(evidence, "QUIET", 0.0)
     assert kinds(recognize(rings())) == ["sphere"]
-    monkeypatch.setattr(fitting.evidence, "QUIET", np.inf)
+    monkeypatch.setattr(evidence, "QUIET", np.inf)
     assert "cone" in kinds(recognize(arc))
 
 
@@ -248,7 +246,7 @@ def test_where_any_radius_is_likely_a_bowed_sheet_is_a_huge_ball(monkeypatch: Pa
     points = sheet(400, 0.005, 14, bow=0.0025)
     assert kinds(recognize(points)) == ["plane"]
     assert kinds(recognize(sheet(3000, 0.005, 15, bow=0.005))) == ["sphere"]
-    monkeypatch.setattr(fitting.evidence, "_sizes", lambda *_: 0.0)
+    monkeypatch.setattr(evidence, "_sizes", lambda *_: 0.0)
     assert "sphere" in kinds(recognize(points))
 
 
@@ -261,7 +259,7 @@ def test_a_cone_on_a_short_arc_may_be_a_cylinder(monkeypatch: Patch) -> None:
     points = cone.surface(rng(17, 0).uniform(-0.15, 0.15, 1000), rng(17, 1).uniform(1.0, 2.0, 1000))
     points = points + 0.002 * rng(17, 2).normal(size=points.shape)
     assert kinds(recognize(points)) == ["cylinder", "cone"]
-    monkeypatch.setattr(fitting.verdict, "DECIDED", 0.0)
+    monkeypatch.setattr(judge, "DECIDED", 0.0)
     assert kinds(recognize(points)) == ["cylinder"]
 
 
@@ -269,7 +267,7 @@ def test_a_ranking_that_is_never_mistaken_makes_an_arc_a_plane(monkeypatch: Patc
     """`MISTAKEN`"""
     points = pipe(300, 0.005, 18, arc=0.6)
     assert kinds(recognize(points, classifier=Sure("plane"))) == ["cylinder"]
-    monkeypatch.setattr(fitting.verdict, "MISTAKEN", 1e-12)
+    monkeypatch.setattr(judge, "MISTAKEN", 1e-12)
     assert kinds(recognize(points, classifier=Sure("plane"))) == ["plane"]
 
 
@@ -277,9 +275,9 @@ def test_an_exact_rod_of_forty_faces_passes_for_round_and_one_of_six_does_not(mo
     """`FORM`"""
     fine, coarse = bar(40, 3000, 0.0, 19), bar(6, 3000, 0.0, 19)
     assert kinds(recognize(fine)) == ["cylinder"] and kinds(recognize(coarse)) == []
-    monkeypatch.setattr(fitting.verdict, "FORM", 0.0)
+    monkeypatch.setattr(judge, "FORM", 0.0)
     assert kinds(recognize(fine)) == []
-    monkeypatch.setattr(fitting.verdict, "FORM", 0.1)
+    monkeypatch.setattr(judge, "FORM", 0.1)
     assert kinds(recognize(coarse)) == ["cylinder"]
 
 
@@ -287,7 +285,7 @@ def test_a_filled_cube_is_no_surface(monkeypatch: Patch) -> None:
     """`SCATTER`"""
     points = rng(20).uniform(-1.0, 1.0, (1500, 3))
     assert kinds(recognize(points)) == []
-    monkeypatch.setattr(fitting.verdict, "SCATTER", np.inf)
+    monkeypatch.setattr(judge, "SCATTER", np.inf)
     assert kinds(recognize(points))
 
 
@@ -295,7 +293,7 @@ def test_a_third_of_the_points_on_a_plane_is_a_second_surface(monkeypatch: Patch
     """`PART`"""
     points = beside_a_plane(pipe(1500, 0.005, 22), 0.35, 0.005, 22)
     assert kinds(recognize(points)) == []
-    monkeypatch.setattr(fitting.verdict, "PART", 0.4)
+    monkeypatch.setattr(judge, "PART", 0.4)
     assert kinds(recognize(points)) == ["cylinder"]
 
 
@@ -303,7 +301,7 @@ def test_a_few_strewn_points_in_a_row_are_no_second_surface(monkeypatch: Patch) 
     """`PART`"""
     points = stray(pipe(1500, 0.005, 23), 0.5, 23)
     assert kinds(recognize(points)) == ["cylinder"]
-    monkeypatch.setattr(fitting.verdict, "PART", 0.0)
+    monkeypatch.setattr(judge, "PART", 0.0)
     assert kinds(recognize(points)) == []
 
 
@@ -313,5 +311,5 @@ def test_some_exact_points_more_do_not_make_a_ball_a_torus(monkeypatch: Patch) -
     points[:300] += rng(25).uniform(-0.002, 0.002, (300, 3))
     points = np.round(points, 3)
     assert kinds(recognize(points)) == ["sphere"]
-    monkeypatch.setattr(fitting.verdict, "EQUAL_SHARES", 0.0)
+    monkeypatch.setattr(judge, "EQUAL_SHARES", 0.0)
     assert kinds(recognize(points)) == ["torus"]

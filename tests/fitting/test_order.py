@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.order import canonical_order, canonical_sample, distance_keys, shuffled
-from fitting.primitives import KINDS, parameters
-from fitting.recognize import recognize
+from primfit.fitting.cloud.order import canonical_order, canonical_sample, distance_keys, shuffled
+from primfit.fitting.primitives import KINDS, parameters
+from primfit.fitting.recognize import recognize
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
 
 GRID = np.stack(np.meshgrid(*[np.arange(-4.0, 5.0)] * 3), axis=-1).reshape(-1, 3)

@@ -8,12 +8,12 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fitting.config import Config
-from fitting.extents import extents_of
-from fitting.extents.outline import MOST_CORNERS
-from fitting.geometry import Array, basis
-from fitting.primitives import Plane
-from fitting.recognize import recognize
+from primfit.fitting.extents import extents_of
+from primfit.fitting.extents.outline import MOST_CORNERS
+from primfit.fitting.geometry.vectors import Array, basis
+from primfit.fitting.primitives import Plane
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
 from tests.fitting.outlines import CUTS, lattice, patch
 
 PLANE = Plane([0.2, -0.5, 0.8], [1.0, 2.0, 3.0])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
 
-from fitting.normalize import Frame
-from fitting.primitives import KINDS, PRIMITIVES, Cone, Primitive, Torus, parameters
-from fitting.refine import linearize, refine, stepped
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.primitives import KINDS, PRIMITIVES, Cone, Primitive, Torus, parameters
+from primfit.fitting.solver.refine import linearize, refine, stepped
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
 
 ROUNDING = 1e-14

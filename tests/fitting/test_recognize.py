@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.cases import CASE_SETS
-from fitting.config import Config
-from fitting.errors import InvalidOptionError, InvalidPointCloudError
-from fitting.primitives import KINDS, Cone, Cylinder, Primitive, Sphere, Torus, parameters
-from fitting.recognize import recognize
-from fitting.result import Recognition
-from synthetic import RECIPES, cloud
-from synthetic.shrec import SyntheticCloud, batch
+from primfit.benchmark.cases import CASE_SETS
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
+from primfit.fitting.primitives import KINDS, Cone, Cylinder, Primitive, Sphere, Torus, parameters
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from primfit.synthetic import RECIPES, cloud
+from primfit.synthetic.shrec import SyntheticCloud, batch
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
 
 examples = pytest.mark.parametrize("primitive", EXAMPLES.values(), ids=EXAMPLES.keys())

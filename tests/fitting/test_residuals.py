@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fitting.config import Config
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from fitting.recognize import recognize
-from fitting.residuals import PERCENTILES, Deviations
+from primfit.fitting.answer.residuals import PERCENTILES, Deviations
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
 
 AXIS, HERE = [0.3, -0.5, 0.8], [10.0, 20.0, 30.0]
 SHAPES: list[Primitive] = [

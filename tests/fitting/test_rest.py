@@ -1,14 +1,14 @@
-"""fitting.rest: the surface and the scale of its noise that rounds of both come to, in fewer of them."""
+"""The surface and the scale of its noise that rounds of both come to, in fewer of them."""
 
 import numpy as np
 import pytest
 
-from fitting.geometry import Array
-from fitting.kernels import Kernel
-from fitting.noise import core_scale
-from fitting.primitives import Cylinder, Primitive, Sphere
-from fitting.refine import refine
-from fitting.rest import at_rest
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.noise.kernels import Kernel
+from primfit.fitting.noise.scale import core_scale
+from primfit.fitting.primitives import Cylinder, Primitive, Sphere
+from primfit.fitting.search.rest import at_rest
+from primfit.fitting.solver.refine import refine
 
 NEAR, ROUNDS = 5, 200
 """Plain rounds that come near, and that come to rest: each leaves a tenth to a half of what was left."""

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from fitting.config import Config
-from fitting.primitives import parameters
-from fitting.recognize import recognize
-from fitting.summary import summary
+from primfit.fitting.answer.summary import summary
+from primfit.fitting.primitives import parameters
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
 from tests.fitting.by_hand import ambiguous
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 

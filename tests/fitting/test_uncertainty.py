@@ -9,21 +9,21 @@ from scipy.optimize import brentq, least_squares, minimize_scalar
 from scipy.spatial.distance import cdist
 from scipy.special import stdtrit
 
-from benchmark.coverage import waves
-from fitting.agreement import Agreement
-from fitting.config import Config
-from fitting.constraints import Constraints
-from fitting.coordinates import derivative, names_of, values_of
-from fitting.covariance import Linear
-from fitting.coverage import arcs_of, covered
-from fitting.geometry import Array
-from fitting.intervals import spread
-from fitting.kernels import Kernel
-from fitting.patches import patches_of
-from fitting.primitives import Cylinder, Sphere
-from fitting.recognize import recognize
-from fitting.refine import stepped
-from fitting.uncertainty import Uncertainty
+from primfit.benchmark.coverage import waves
+from primfit.fitting.cloud.patches import patches_of
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.noise.kernels import Kernel
+from primfit.fitting.primitives import Cylinder, Sphere
+from primfit.fitting.primitives.chart import derivative, names_of, values_of
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from primfit.fitting.request.constraints import Constraints
+from primfit.fitting.solver.refine import stepped
+from primfit.fitting.uncertainty.agreement import Agreement
+from primfit.fitting.uncertainty.arcs import arcs_of, covered
+from primfit.fitting.uncertainty.covariance import Linear
+from primfit.fitting.uncertainty.intervals import spread
+from primfit.fitting.uncertainty.values import Uncertainty
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 
 KINDS = tuple(EXAMPLES)

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from fitting.config import Config
-from fitting.geometry import Array
-from fitting.primitives import KINDS, Cone, Cylinder, Plane, Sphere
-from fitting.recognize import recognize
-from fitting.verdict import MISTAKEN, prior_of
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import KINDS, Cone, Cylinder, Plane, Sphere
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from primfit.fitting.verdict.judge import MISTAKEN, prior_of
 
 NOISE = 0.005
 

@@ -3,20 +3,19 @@
 import numpy as np
 import pytest
 
-from benchmark.proofs import oracles
-from benchmark.proofs.zone_oracles import flatness, polished, smallest_sphere
-from benchmark.proofs.zones import all_around
-from fitting.cloud import Cloud
-from fitting.config import Config
-from fitting.errors import InvalidOptionError
-from fitting.normalize import Frame
-from fitting.primitives import Cylinder, Primitive, Sphere, parameters
-from fitting.recognize import recognize
-from fitting.result import FailedFit
-from fitting.zones import minimum_zone
-from synthetic import ScannerRecipe
-from synthetic import cloud as draw
-from synthetic.recipes import Range
+from primfit.benchmark.proofs import oracles
+from primfit.benchmark.proofs.zone_oracles import flatness, polished, smallest_sphere
+from primfit.benchmark.proofs.zones import all_around
+from primfit.fitting.cloud.cloud import Cloud
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.errors import FailedFit, InvalidOptionError
+from primfit.fitting.primitives import Cylinder, Primitive, Sphere, parameters
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from primfit.fitting.zones.extreme import minimum_zone
+from primfit.synthetic import ScannerRecipe
+from primfit.synthetic import cloud as draw
+from primfit.synthetic.recipes import Range
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
 
 Array = np.ndarray

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS
-from models.features import (
+from primfit.fitting.primitives import KINDS
+from primfit.models.features import (
     BLOCKS,
     N_FEATURES,
     SAMPLE_POINTS,
@@ -14,9 +14,9 @@ from models.features import (
     representatives,
     shape_features,
 )
-from models.training.dataset import seen
-from synthetic import BenchmarkRecipe, cloud
-from synthetic.poses import rotation_about_axes
+from primfit.models.training.dataset import seen
+from primfit.synthetic import BenchmarkRecipe, cloud
+from primfit.synthetic.poses import rotation_about_axes
 
 RECIPE = BenchmarkRecipe(seed=31)
 

@@ -6,14 +6,14 @@ import sys
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS
-from models import CLASSIFIERS, load_classifier
-from models.knn import KnnClassifier
-from models.training.dataset import make_dataset, seen
-from models.training.metrics import rank_of_truth
-from models.weights import DIRECTORY, load
-from synthetic import BenchmarkRecipe, cloud
-from synthetic.poses import rotation_about_axes
+from primfit.fitting.primitives import KINDS
+from primfit.models import CLASSIFIERS, load_classifier
+from primfit.models.knn import KnnClassifier
+from primfit.models.training.dataset import make_dataset, seen
+from primfit.models.training.metrics import rank_of_truth
+from primfit.models.weights import DIRECTORY, load
+from primfit.synthetic import BenchmarkRecipe, cloud
+from primfit.synthetic.poses import rotation_about_axes
 
 FRESH_SEED = 900_001
 """Neither the training clouds nor those that the card's figures come from."""

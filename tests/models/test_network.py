@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS
-from models import load_classifier
-from models.features import N_FEATURES
-from models.network import NetworkClassifier, softmax
-from models.training.dataset import FAMILIES, make_dataset, seen
-from models.training.metrics import calibration_error, rank_of_truth
-from models.weights import DIRECTORY, load
-from synthetic import BenchmarkRecipe, cloud
-from synthetic.poses import rotation_about_axes
+from primfit.fitting.primitives import KINDS
+from primfit.models import load_classifier
+from primfit.models.features import N_FEATURES
+from primfit.models.network import NetworkClassifier, softmax
+from primfit.models.training.dataset import FAMILIES, make_dataset, seen
+from primfit.models.training.metrics import calibration_error, rank_of_truth
+from primfit.models.weights import DIRECTORY, load
+from primfit.synthetic import BenchmarkRecipe, cloud
+from primfit.synthetic.poses import rotation_about_axes
 
 FRESH_SEED = 900_002
 

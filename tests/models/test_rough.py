@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.axes import revolution_axis
-from fitting.primitives import KINDS, Cone, Cylinder, Plane, Sphere, Torus
-from models.rough import rough_features, rough_fits
+from primfit.fitting.geometry.axes import revolution_axis
+from primfit.fitting.primitives import KINDS, Cone, Cylinder, Plane, Sphere, Torus
+from primfit.models.rough import rough_features, rough_fits
 
 AXIS = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 CENTER = np.array([0.1, 0.2, -0.1])

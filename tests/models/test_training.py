@@ -5,13 +5,13 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from models.knn import KnnClassifier
-from models.training import dataset
-from models.training.dataset import FAMILIES, make_dataset, numbers, option
-from models.training.knn import build, main, train
-from models.training.metrics import metrics, rank_of_truth
-from models.weights import load
-from synthetic.sensors import SENSORS
+from primfit.models.knn import KnnClassifier
+from primfit.models.training import dataset
+from primfit.models.training.dataset import FAMILIES, make_dataset, numbers, option
+from primfit.models.training.knn import build, main, train
+from primfit.models.training.metrics import metrics, rank_of_truth
+from primfit.models.weights import load
+from primfit.synthetic.sensors import SENSORS
 
 FEW = {"benchmark": 20, "scanner": 15, "sensor": 10}
 

@@ -6,9 +6,9 @@ import pickle
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS
-from models.features import FEATURE_VERSION
-from models.weights import WeightsMismatchError, archive, load, save
+from primfit.fitting.primitives import KINDS
+from primfit.models.features import FEATURE_VERSION
+from primfit.models.weights import WeightsMismatchError, archive, load, save
 
 ARRAYS = {"a": np.arange(6, dtype=np.float32).reshape(2, 3), "b": np.array([1, 2], np.uint8)}
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.primitives import Plane
-from synthetic.borders import FRINGE_SIZE, MOST_MIXED, TAIL_REACH, comet_tail, edge_fringe, ragged
-from synthetic.effects import Seen
+from primfit.fitting.primitives import Plane
+from primfit.synthetic.borders import FRINGE_SIZE, MOST_MIXED, TAIL_REACH, comet_tail, edge_fringe, ragged
+from primfit.synthetic.effects import Seen
 
 NOISE = 0.002
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS, Cylinder, Plane, Sphere, Torus
-from synthetic.bows import (
+from primfit.fitting.primitives import KINDS, Cylinder, Plane, Sphere, Torus
+from primfit.synthetic.bows import (
     ARC,
     DEVIATIONS,
     DEVIATIONS_OF,

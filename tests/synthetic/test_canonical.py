@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS
-from synthetic import canonical
-from synthetic.canonical import (
+from primfit.fitting.primitives import KINDS
+from primfit.synthetic import canonical
+from primfit.synthetic.canonical import (
     GRID,
     KEPT_SHARE,
     SAMPLERS,
@@ -15,7 +15,7 @@ from synthetic.canonical import (
     sample_segment,
     span,
 )
-from synthetic.recipes import Range
+from primfit.synthetic.recipes import Range
 
 
 @pytest.mark.parametrize("kind", KINDS)

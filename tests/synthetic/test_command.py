@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from app import cli
-from benchmark.track import TrackError, TrackFolder, shrec22_cases
-from synthetic import RECIPES, clouds, picture
-from synthetic.command import UnknownRecipeError, synth
-from synthetic.recipes import RECIPES as KNOWN
+from primfit.app.cli import commands as cli
+from primfit.benchmark.track import TrackError, TrackFolder, shrec22_cases
+from primfit.synthetic import RECIPES, clouds, picture
+from primfit.synthetic.command import UnknownRecipeError, synth
+from primfit.synthetic.recipes import RECIPES as KNOWN
 
 
 @pytest.mark.parametrize("recipe", ["benchmark", "scanner", "sensor"])

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from fitting.primitives import Cylinder, Plane, Sphere
-from synthetic import deciding
-from synthetic.deciding import about_plane, covariance, decidable, gain
-from synthetic.effects import Correlated, RadialBow, Seen, White
-from synthetic.fields import Rough
-from synthetic.patches import Patch
+from primfit.fitting.primitives import Cylinder, Plane, Sphere
+from primfit.synthetic import deciding
+from primfit.synthetic.deciding import about_plane, covariance, decidable, gain
+from primfit.synthetic.effects import Correlated, RadialBow, Seen, White
+from primfit.synthetic.fields import Rough
+from primfit.synthetic.patches import Patch
 
 Z = np.array([0.0, 0.0, 1.0])
 CAN = Patch(Cylinder(Z, np.zeros(3), 1.0), (-1.0, 1.0), (-1.0, 1.0))

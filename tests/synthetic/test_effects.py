@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
-from synthetic.effects import (
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
+from primfit.synthetic.effects import (
     Correlated,
     DepthSteps,
     FormDeviation,
@@ -18,8 +18,8 @@ from synthetic.effects import (
     StationShift,
     White,
 )
-from synthetic.fields import Rough
-from synthetic.patches import Patch
+from primfit.synthetic.fields import Rough
+from primfit.synthetic.patches import Patch
 
 Z = np.array([0.0, 0.0, 1.0])
 WALL = Patch(Plane(Z, np.zeros(3)), (-0.5, 0.5), (-0.5, 0.5))

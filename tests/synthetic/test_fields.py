@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from synthetic.fields import Rough, SelfAffine, Smooth
+from primfit.synthetic.fields import Rough, SelfAffine, Smooth
 
 FIELDS = (Rough(0.1), Rough(0.5), Smooth(0.1), SelfAffine(0.5, 0.01, 2.0), SelfAffine(0.3, 0.01, 2.0))
 POINTS = 700

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from synthetic import RECIPES, ForeignRecipe, cloud, clouds
-from synthetic.foreign import LARGEST_PART, PARTS, SURFACES, largest_share, seen
-from synthetic.recipes import SHAPES, Range
+from primfit.synthetic import RECIPES, ForeignRecipe, cloud, clouds
+from primfit.synthetic.foreign import LARGEST_PART, PARTS, SURFACES, largest_share, seen
+from primfit.synthetic.recipes import SHAPES, Range
 
 DEFAULT = RECIPES["foreign"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from synthetic.noise import correlated, edges, gross_outliers, rounded, sigma_weights
+from primfit.synthetic.noise import correlated, edges, gross_outliers, rounded, sigma_weights
 
 
 def test_noise_grows_with_range_and_incidence():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
-from synthetic.patches import Patch
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
+from primfit.synthetic.patches import Patch
 
 ORIGIN, Z = np.zeros(3), np.array([0.0, 0.0, 1.0])
 PATCHES = {

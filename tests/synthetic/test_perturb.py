@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS
-from synthetic import PERTURBATIONS, sample_cloud
-from synthetic.perturb import (
+from primfit.fitting.primitives import KINDS
+from primfit.synthetic import PERTURBATIONS, sample_cloud
+from primfit.synthetic.perturb import (
     FEWEST_POINTS,
     TYPES,
     add_bump,
@@ -17,7 +17,7 @@ from synthetic.perturb import (
     uniform_noise,
     without_part,
 )
-from synthetic.recipes import NoiseLaw
+from primfit.synthetic.recipes import NoiseLaw
 
 GRID = np.stack(np.meshgrid(np.linspace(-2, 2, 60), np.linspace(-1, 1, 60), [0.5]), axis=-1).reshape(-1, 3)
 

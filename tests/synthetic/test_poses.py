@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS
-from synthetic.canonical import sample_segment
-from synthetic.poses import place, rotation_about_axes
+from primfit.fitting.primitives import KINDS
+from primfit.synthetic.canonical import sample_segment
+from primfit.synthetic.poses import place, rotation_about_axes
 
 
 def test_rotations_are_rotations():

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS, Cylinder, Plane, Sphere
-from synthetic import RECIPES, ScannerRecipe, cloud, clouds
-from synthetic import scanner as module
-from synthetic.patches import Patch
-from synthetic.recipes import Range
-from synthetic.scanner import Window, cast, draw_patch, see, views_of
-from synthetic.telling import bearable_noise, deviation
+from primfit.fitting.primitives import KINDS, Cylinder, Plane, Sphere
+from primfit.synthetic import RECIPES, ScannerRecipe, cloud, clouds
+from primfit.synthetic import scanner as module
+from primfit.synthetic.patches import Patch
+from primfit.synthetic.recipes import Range
+from primfit.synthetic.scanner import Window, cast, draw_patch, see, views_of
+from primfit.synthetic.telling import bearable_noise, deviation
 
 DEFAULT = RECIPES["scanner"]
 CURVED = ("sphere", "cylinder", "cone", "torus")

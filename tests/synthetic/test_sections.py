@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.distance import pdist
 from shapely import Point, Polygon
 
-from synthetic.sections import (
+from primfit.synthetic.sections import (
     DENSE,
     SECTIONS,
     along,

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS, Cone, Torus
-from synthetic import RECIPES, SensorRecipe, cloud, clouds, sensing
-from synthetic.clouds import MOVES, SHARES
-from synthetic.deciding import MOST_NOISE, decidable
-from synthetic.parts import ELBOW_RATIO, HALF_ANGLE, RIM_RATIO, draw_part
-from synthetic.recipes import SENSORS, Range
-from synthetic.sensing import (
+from primfit.fitting.primitives import KINDS, Cone, Torus
+from primfit.synthetic import RECIPES, SensorRecipe, cloud, clouds, sensing
+from primfit.synthetic.clouds import MOVES, SHARES
+from primfit.synthetic.deciding import MOST_NOISE, decidable
+from primfit.synthetic.parts import ELBOW_RATIO, HALF_ANGLE, RIM_RATIO, draw_part
+from primfit.synthetic.recipes import SENSORS, Range
+from primfit.synthetic.sensing import (
     FEWEST_RINGS,
     UndecidableError,
     erred,
@@ -20,7 +20,7 @@ from synthetic.sensing import (
     told_scene,
     vertices,
 )
-from synthetic.sensors import SENSORS as KNOWN
+from primfit.synthetic.sensors import SENSORS as KNOWN
 
 FEW = replace(RECIPES["sensor"], share_of_many=0.0, points=Range(50, 5000))
 """Without large clouds, which take seconds."""

@@ -5,8 +5,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from fitting.primitives import KINDS
-from synthetic import PERTURBATIONS, BenchmarkRecipe, batch, cloud
+from primfit.fitting.primitives import KINDS
+from primfit.synthetic import PERTURBATIONS, BenchmarkRecipe, batch, cloud
 
 
 def same(a, b):

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting.geometry import basis
-from fitting.primitives import KINDS, PRIMITIVES, Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from fitting.refine import linearize, stepped
+from primfit.fitting.geometry.vectors import basis
+from primfit.fitting.primitives import KINDS, PRIMITIVES, Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.solver.refine import linearize, stepped
 
 torch = pytest.importorskip("torch", reason="needs torch: make test-torch")
 pytestmark = pytest.mark.torch

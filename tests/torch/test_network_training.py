@@ -6,11 +6,11 @@ import pytest
 pytestmark = pytest.mark.torch
 torch = pytest.importorskip("torch")
 
-from models.network import NetworkClassifier  # noqa: E402
-from models.training import network as training  # noqa: E402
-from models.training import pointnet  # noqa: E402
-from models.training.dataset import make_dataset  # noqa: E402
-from models.weights import load  # noqa: E402
+from primfit.models.network import NetworkClassifier  # noqa: E402
+from primfit.models.training import network as training  # noqa: E402
+from primfit.models.training import pointnet  # noqa: E402
+from primfit.models.training.dataset import make_dataset  # noqa: E402
+from primfit.models.weights import load  # noqa: E402
 
 FEW = {"benchmark": 15, "scanner": 10, "sensor": 5}
 

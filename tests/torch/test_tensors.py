@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import primfit
-from fitting.errors import InvalidPointCloudError
+from primfit.fitting.errors import InvalidPointCloudError
 from tests.fitting.clouds import EXAMPLES, noisy
 
 torch = pytest.importorskip("torch", reason="needs torch: make test-torch")

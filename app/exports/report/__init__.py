@@ -5,20 +5,22 @@ from pathlib import Path
 
 import numpy as np
 
-from app.exports.colors import color_limit
-from app.exports.fitted import Fitted
-from app.exports.options import ExportOptions
-from app.exports.patch import NothingToExportError
-from app.exports.report import tables
-from app.exports.report.histogram import histogram
-from app.exports.report.markup import Markup, element, joined, table
-from app.exports.report.numbers import known_to, short
-from app.exports.report.scene import SHOWN_POINTS, Scene, patch_in
-from app.exports.report.unrolled import unrolled_map
-from app.exports.report.views import views
-from fitting.coordinates import SIZES, worded
-from fitting.residuals import Deviations
-from fitting.result import Alternative, FailedFit
+from primfit.fitting.answer.residuals import Deviations
+from primfit.fitting.answer.result import Alternative
+from primfit.fitting.errors import FailedFit
+from primfit.fitting.primitives.chart import SIZES, worded
+
+from ..colors import color_limit
+from ..fitted import Fitted
+from ..options import ExportOptions
+from ..patch import NothingToExportError
+from . import tables
+from .histogram import histogram
+from .markup import Markup, element, joined, table
+from .numbers import known_to, short
+from .scene import SHOWN_POINTS, Scene, patch_in
+from .unrolled import unrolled_map
+from .views import views
 
 _STYLE = Path(__file__).with_name("style.css")
 _SIGNS = {

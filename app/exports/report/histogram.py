@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from app.exports.report.markup import Markup, element, joined
-from app.exports.report.svg import colored, picture, text, ticks
-from fitting.residuals import Deviations
+from primfit.fitting.answer.residuals import Deviations
+
+from .markup import Markup, element, joined
+from .svg import colored, picture, text, ticks
 
 WIDTH, HEIGHT = 10000, 3600
 LEFT, RIGHT, TOP, BOTTOM = 900, 200, 300, 560

@@ -5,12 +5,13 @@ from typing import Self
 
 import numpy as np
 
-from app.exports.fitted import Fitted
-from app.exports.mesh import flat
-from app.exports.patch import Patch, Pieces, patch_of
-from fitting.extents import PlaneExtents
-from fitting.geometry import Array, basis, cross
-from fitting.primitives import Primitive, Sphere, Torus
+from primfit.fitting.extents import PlaneExtents
+from primfit.fitting.geometry.vectors import Array, basis, cross
+from primfit.fitting.primitives import Primitive, Sphere, Torus
+
+from ..fitted import Fitted
+from ..mesh import flat
+from ..patch import Patch, Pieces, patch_of
 
 SHOWN_POINTS = 3000
 """So many points, drawn by chance, are in a view; all of them where there are no more."""

@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from app.exports.colors import diverging
-from app.exports.report.markup import Markup, element, joined
-from fitting.geometry import Array
+from primfit.fitting.geometry.vectors import Array
+
+from ..colors import diverging
+from .markup import Markup, element, joined
 
 LEVELS = 31
 """Colours that residuals are drawn in."""

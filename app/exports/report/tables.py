@@ -4,17 +4,20 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from app.answer import receipt, versions
-from app.exports.fitted import Fitted
-from app.exports.report.markup import Markup, element, table
-from app.exports.report.numbers import between, known_to, short
-from fitting.coordinates import DIRECTIONS, is_length, names_of, values_of, worded
-from fitting.extents import Extents
-from fitting.form import Form, Reference
-from fitting.primitives import Primitive
-from fitting.residuals import Deviations
-from fitting.result import Deviation, ErrorSummary, FailedFit, Recognition
-from fitting.uncertainty import Uncertainty
+from primfit.fitting.answer.residuals import Deviations
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.answer.values import Deviation, ErrorSummary
+from primfit.fitting.errors import FailedFit
+from primfit.fitting.extents import Extents
+from primfit.fitting.form import Form, Reference
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.chart import DIRECTIONS, is_length, names_of, values_of, worded
+from primfit.fitting.uncertainty.values import Uncertainty
+
+from ...engine.answer import receipt, versions
+from ..fitted import Fitted
+from .markup import Markup, element, table
+from .numbers import between, known_to, short
 
 
 def cell(content: object) -> Markup:

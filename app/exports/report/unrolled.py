@@ -5,15 +5,16 @@ from typing import Self
 
 import numpy as np
 
-from app.exports.colors import SATURATED
-from app.exports.fitted import Fitted
-from app.exports.patch import Patch, Pieces
-from app.exports.report.markup import Markup, element, joined
-from app.exports.report.scene import SHOWN_POINTS
-from app.exports.report.svg import color_bar, colored, dot_size, dots, picture, text, ticks
-from fitting.extents import PlaneExtents
-from fitting.geometry import Array, around_axis, cross
-from fitting.primitives import Cylinder, Sphere, Torus
+from primfit.fitting.extents import PlaneExtents
+from primfit.fitting.geometry.vectors import Array, around_axis, cross
+from primfit.fitting.primitives import Cylinder, Sphere, Torus
+
+from ..colors import SATURATED
+from ..fitted import Fitted
+from ..patch import Patch, Pieces
+from .markup import Markup, element, joined
+from .scene import SHOWN_POINTS
+from .svg import color_bar, colored, dot_size, dots, picture, text, ticks
 
 LEFT, RIGHT, TOP, BOTTOM = 900, 200, 160, 1000
 WIDTH, HIGHEST, NARROWEST = 10000, 4600, 200

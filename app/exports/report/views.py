@@ -6,10 +6,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from app.exports.report.markup import Markup, element, joined
-from app.exports.report.scene import Camera, Scene, Surface
-from app.exports.report.svg import colored, dot_size, dots, line_path, nice, picture, text
-from fitting.geometry import Array
+from primfit.fitting.geometry.vectors import Array
+
+from .markup import Markup, element, joined
+from .scene import Camera, Scene, Surface
+from .svg import colored, dot_size, dots, line_path, nice, picture, text
 
 SIZE, MARGIN, CORNER = 3600, 300, 120
 DOT = 24

@@ -11,8 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 import primfit
-from app.cli import app
-from app.exports import FORMATS
+from primfit.app.cli.commands import app
+from primfit.app.exports import FORMATS
 
 CSV = Path(__file__).parents[3] / "app" / "examples" / "cylinder.csv"
 

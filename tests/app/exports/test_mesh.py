@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.exports import export
-from fitting.normalize import Frame
-from fitting.primitives import Sphere
+from primfit.app.exports import export
+from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.primitives import Sphere
 from tests.app.exports.test_step import PIECES, recognised
 
 CLOSED = ("full sphere", "full torus")

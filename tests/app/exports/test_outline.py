@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.exports import export
-from fitting.config import Config
-from fitting.geometry import Array
-from fitting.primitives import Plane
-from fitting.recognize import recognize
-from fitting.result import Recognition
+from primfit.app.exports import export
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Plane
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
 from tests.app.exports.test_step import area_of, read_back
 from tests.fitting.outlines import patch
 

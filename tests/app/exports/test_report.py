@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 import primfit
-from app.cli import app
-from fitting.geometry import Array
+from primfit.app.cli.commands import app
+from primfit.fitting.geometry.vectors import Array
 from tests.app.exports.test_step import PIECES, recognised
 
 VOID = ("meta",)

@@ -8,10 +8,10 @@ import plyfile
 import pytest
 
 import primfit
-from app.exports import FORMATS
-from app.exports.residual_files import las_grid
-from app.readers import read
-from fitting.geometry import Array
+from primfit.app.exports import FORMATS
+from primfit.app.exports.residual_files import las_grid
+from primfit.app.readers import read
+from primfit.fitting.geometry.vectors import Array
 
 FILES = tuple(name for name in FORMATS if name.startswith("residuals_"))
 

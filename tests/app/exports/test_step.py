@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.exports import NothingToExportError, export
-from fitting.config import Config
-from fitting.geometry import Array
-from fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
-from fitting.recognize import recognize
-from fitting.result import Recognition
+from primfit.app.exports import NothingToExportError, export
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
 
 TURN = 2.0 * np.pi
 AXIS = [0.3, -0.5, 0.8]

@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, read
+from primfit.app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, read
 
 LIMITS = Limits(points=5_000_000, json_points=200_000, unpacked_bytes=64 * 2**20)
 MEMORY = 64 * 2**20

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 import zstandard
 
-from app.readers import UnreadableFileError, read
+from primfit.app.readers import UnreadableFileError, read
 from tests.app.hostile.measure import MEMORY, refused
 from tests.app.serving import PATIENCE, Service, running, workers
 

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.readers import Limits, UnreadableFileError, read
+from primfit.app.readers import Limits, UnreadableFileError, read
 from tests.app.readers.written import GRID, OFFSET, POINTS, STEP, e57, las, laz, npy, npz, pcd, ply, records
 
 LABELS = np.arange(len(POINTS)) // 7

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.readers import UnreadableFileError, read
+from primfit.app.readers import UnreadableFileError, read
 
 POINTS = np.random.default_rng(6).normal(size=(20, 3)) * 100.0 + [1e6, -2e6, 3.0]
 ROWS = [" ".join(map(repr, row)) for row in POINTS.tolist()]

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.readers import Limits, TooLargeError, UnreadableFileError, read
-from app.readers.encoded import DTYPES
+from primfit.app.readers import Limits, TooLargeError, UnreadableFileError, read
+from primfit.app.readers.encoded import DTYPES
 
 POINTS = np.random.default_rng(8).normal(size=(40, 3)) * 100.0 + [1e6, -2e6, 3.0]
 

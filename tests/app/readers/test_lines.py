@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.readers import read
-from app.readers.lines import decoded, lines
+from primfit.app.readers import read
+from primfit.app.readers.lines import decoded, lines
 
 WORDS = [b"1,2,3", b"", b"  ", b"# x", b"\xc2\xa0", b"\xe2\x80\xa8", b"\xff", b"\xef\xbb\xbf", b"\xc3"]
 ANYTHING = re.compile("")

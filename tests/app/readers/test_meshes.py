@@ -8,9 +8,9 @@ import pytest
 import trimesh
 from trimesh.transformations import random_rotation_matrix
 
-from app.readers import Cloud, UnreadableFileError, read
-from app.readers.obj import is_obj
-from app.readers.stl import is_stl
+from primfit.app.readers import Cloud, UnreadableFileError, read
+from primfit.app.readers.obj import is_obj
+from primfit.app.readers.stl import is_stl
 
 BALL = trimesh.creation.icosphere(subdivisions=3, radius=2.5)
 FAR = np.array([1e6, -2e6, 3.0])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import zstandard
 
-from app.readers import Limits, TooLargeError, UnreadableFileError, read, unpack
+from primfit.app.readers import Limits, TooLargeError, UnreadableFileError, read, unpack
 from tests.app.serving import EXAMPLES
 
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()
@@ -90,8 +90,8 @@ def test_a_window_of_8_mib_is_read_and_a_larger_one_is_not() -> None:
 
 
 def test_the_command_line_reads_packed_files(tmp_path: Path) -> None:
-    from app.batch import plan
-    from app.files import answer_file
+    from primfit.app.cli.batch import plan
+    from primfit.app.cli.files import answer_file
 
     (tmp_path / "a.csv.gz").write_bytes(gzip.compress(CSV))
     (tmp_path / "b.npy.zst").write_bytes(zstandard.compress(_npy(POINTS)))

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from benchmark.cases import Case
-from benchmark.measures import diagonal
-from benchmark.methods import PEERS
-from benchmark.runner import Child, interpreter
-from fitting.primitives import PRIMITIVES
+from primfit.benchmark.cases import Case
+from primfit.benchmark.measures import diagonal
+from primfit.benchmark.methods import PEERS
+from primfit.benchmark.runner import Child, interpreter
+from primfit.fitting.primitives import PRIMITIVES
 from tests.fitting.clouds import EXAMPLES, sample
 
 KINDS_ANSWERED = {

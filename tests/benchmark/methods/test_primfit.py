@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from benchmark.methods import METHODS, PEERS, load
-from benchmark.methods.primfit import Reversed
-from fitting.primitives import KINDS, Sphere
+from primfit.benchmark.methods import METHODS, PEERS, load
+from primfit.benchmark.methods.primfit import Reversed
+from primfit.fitting.primitives import KINDS, Sphere
 
 OURS = [name for name in METHODS if name not in PEERS]
 

@@ -1,0 +1,160 @@
+"""Many clouds: which files, where each answer goes, and the run over all of them."""
+
+import os
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from ..engine.answer import to_json
+from ..engine.names import Ids, plain
+from ..engine.shrec22 import prediction
+from ..readers import FORMATS
+from .files import Problem, answer_files, answer_segments
+
+# Answers are JSON: in a folder none is taken for a cloud.
+SUFFIXES = tuple(
+    sorted(extension for format in FORMATS if format.name != "json" for extension in format.extensions)
+)
+PACKED = (".gz", ".zst")
+ENDINGS = {"json": ".json", "shrec22": "_prediction.txt"}
+
+
+class CollisionError(ValueError):
+    """Two inputs would write the same output, or an output would overwrite an input."""
+
+
+@dataclass
+class Summary:
+    """How many answers of each status were written, and what could not be answered."""
+
+    n_clouds: int = 0
+    statuses: Counter[str] = field(default_factory=Counter)
+    problems: list[Problem] = field(default_factory=list)
+
+
+def plan(inputs: Sequence[str], out: Path, format: str, labels: str | None = None) -> dict[Path, str]:
+    """Output -> input, in a fixed order; a folder is searched and its inner folders are kept in `out`.
+
+    With `labels` the answers for the segments of an input go into a folder: its output without the ending.
+
+    Raises
+    ------
+    CollisionError
+        If two inputs differ only in their suffix or folder, so that one answer would overwrite the other.
+    """
+    targets: dict[Path, str] = {}
+    for name, inner in _expand(inputs):
+        target = out / inner.with_name(_unpacked(inner).stem + ENDINGS[format])
+        taken = targets.get(target)
+        if taken is not None and Path(taken).resolve() != Path(name).resolve():
+            raise CollisionError(f"{taken} and {name} would both write {target}")
+        targets.setdefault(target, name)
+    sources = {Path(name).resolve() for name in targets.values()}
+    for target, name in targets.items():
+        if target.resolve() in sources:
+            raise CollisionError(f"the answer for {name} would overwrite the input {target}")
+    if labels:
+        _check_folders({_folder(target, format): name for target, name in targets.items()})
+    return targets
+
+
+def _folder(target: Path, format: str) -> Path:
+    """Where the answers for the segments of an input go, if its own answer would be `target`."""
+    return target.with_name(target.name.removesuffix(ENDINGS[format]))
+
+
+def _check_folders(folders: Mapping[Path, str]) -> None:
+    """No two inputs write into one folder, and none into a folder that an input lies in."""
+    resolved = {folder.resolve(): name for folder, name in folders.items()}
+    for folder, name in resolved.items():
+        for outer in resolved.keys() & set(folder.parents):
+            raise CollisionError(f"{resolved[outer]} and {name} would both write into {outer}")
+        for inner in resolved.keys() & set(Path(name).resolve().parents):
+            raise CollisionError(f"the answers for {resolved[inner]} would lie beside the input {name}")
+
+
+def _expand(inputs: Sequence[str]) -> list[tuple[str, Path]]:
+    """Files as (name, path inside the output folder)."""
+    found = []
+    for name in inputs:
+        path = Path(name)
+        if not path.is_dir():
+            found.append((name, Path(path.name)))
+            continue
+        for file in sorted(path.rglob("*")):
+            if (
+                _unpacked(file).suffix.lower() in SUFFIXES
+                and file.is_file()
+                and not file.name.endswith(ENDINGS["shrec22"])
+            ):
+                found.append((str(file), file.relative_to(path)))
+    return found
+
+
+def _unpacked(file: Path) -> Path:
+    """`cloud.csv` for `cloud.csv.gz`."""
+    return file.with_suffix("") if file.suffix.lower() in PACKED else file
+
+
+def run(
+    targets: Mapping[Path, str],
+    format: str,
+    options: Mapping[str, Any],
+    workers: int,
+    labels: str | None = None,
+) -> Summary:
+    """Answer every input, write what was found, and say what was not; progress shows on a terminal."""
+    summary = Summary()
+    terminal = Console(stderr=True)
+    columns = (TextColumn("fitting"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress:
+        task = progress.add_task("fitting", total=len(targets))
+        if labels:
+            done = _segments(targets, format, options, workers, labels)
+        else:
+            answers = answer_files(list(targets.values()), options, workers)
+            done = zip(range(1, len(targets) + 1), targets, targets.values(), answers, strict=True)
+        for number, target, name, answer in done:
+            _keep(target, name, format, answer, summary)
+            progress.update(task, completed=number)
+    return summary
+
+
+def _segments(
+    targets: Mapping[Path, str], format: str, options: Mapping[str, Any], workers: int, labels: str
+) -> Iterator[tuple[int, Path, str, dict[str, Any] | Problem]]:
+    """The number of an input, where the answer goes, what to call it, and the answer."""
+    outputs, names = list(targets), Ids()
+    for source, answer in answer_segments(list(targets.values()), options, labels, workers):
+        target = outputs[source.number - 1]
+        if source.item.label is not None:
+            own = plain(str(source.item.label)) or "_"
+            target = Path(names.unique(str(_folder(target, format) / own)) + ENDINGS[format])
+        yield source.number, target, source.title, answer
+
+
+def _keep(target: Path, name: str, format: str, answer: dict[str, Any] | Problem, summary: Summary) -> None:
+    summary.n_clouds += 1
+    if isinstance(answer, Problem):
+        summary.problems.append(answer)
+        return
+    summary.statuses[answer["status"]] += 1
+    if format == "json":
+        _write(target, to_json(answer) + b"\n")
+    elif answer["primitive"] is None:
+        summary.problems.append(Problem(name, f"nothing to write: {answer['message']}"))
+    else:
+        _write(target, prediction(answer["primitive"]).encode())
+
+
+def _write(target: Path, text: bytes) -> None:
+    """Write all of it or nothing, so that an interrupted run leaves no half of an answer."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    part = target.with_name(target.name + ".part")
+    part.write_bytes(text)
+    os.replace(part, target)

@@ -1,0 +1,76 @@
+"""The answer of `POST /fit` and of `primfit fit --json`, built in one place and byte for byte the same."""
+
+from collections.abc import Mapping
+from functools import cache
+from hashlib import sha256
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import orjson
+
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.primitives import KINDS, parameters
+from primfit.fitting.request.constraints import Constraints
+from primfit.fitting.request.guess import guess_of
+from primfit.models import load_classifier
+
+from ..readers.cloud import Array, Cloud
+
+
+def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The JSON-ready answer for one cloud.
+
+    Parameters
+    ----------
+    recognition : what `engine.fit` returned
+    cloud : what was read, for the receipt
+    options : the keyword options given to `engine.fit`; those left out stand at their defaults
+    """
+    return {**recognition.to_dict(), "receipt": receipt(cloud, options)}
+
+
+def to_json(content: Mapping[str, Any]) -> bytes:
+    """One line of JSON; floats in the fewest digits that read back to the same value."""
+    return orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY)
+
+
+def receipt(cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
+    """What was fitted and how: enough to repeat it."""
+    kinds = options.get("kinds")
+    classifier = options.get("classifier", "network")
+    constraints, guess = options.get("constraints"), options.get("initial_guess")
+    counts = cloud.standard_deviations if cloud.weights is None else cloud.weights
+    return {
+        "input_sha256": _sha256(cloud.points),
+        "weights_sha256": None if counts is None else _sha256(counts),
+        "n_points": len(cloud.points),
+        "format": cloud.format,
+        "columns": list(cloud.columns),
+        "options": {
+            "kinds": list(KINDS if kinds is None else kinds),
+            "classifier": classifier,
+            "criterion": options.get("criterion", "robust"),
+            "max_error": options.get("max_error"),
+            "tolerance": options.get("tolerance"),
+            "seed": options.get("seed", 0),
+            "constraints": None if constraints is None else Constraints.of(constraints).plain(),
+            "initial_guess": None if guess is None else parameters(guess_of(guess)),
+        },
+        "versions": versions(classifier),
+    }
+
+
+def _sha256(numbers: Array) -> str:
+    return sha256(np.ascontiguousarray(numbers, "<f8").data).hexdigest()
+
+
+@cache
+def versions(classifier: str) -> dict[str, str | None]:
+    """Versions that decide the numbers; `weights` is the SHA-256 of the classifier's weights."""
+    return {
+        "primfit": version("primfit"),
+        "weights": getattr(load_classifier(classifier), "sha256", None),
+        "numpy": version("numpy"),
+        "scipy": version("scipy"),
+    }

@@ -1,0 +1,101 @@
+"""Clouds as other libraries hold them, as arrays: told apart by what they have, so that none is imported."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from primfit.fitting.errors import InvalidPointCloudError
+
+from ..readers.cloud import Array, find_columns, unit_normals
+from ..readers.errors import UnreadableFileError
+
+WANTED = "give an array (N, 3), a table with columns x, y, z, or an object that holds points or vertices"
+
+_NUMBERS = "biufO"
+"""Kinds of arrays that may hold real numbers: no complex ones, texts, dates or records."""
+
+
+def as_cloud(given: Any) -> tuple[Array, Array | None]:
+    """The points (N, 3) of an object, and the unit normals (N, 3) that it holds, if it does.
+
+    Parameters
+    ----------
+    given : an array, or what NumPy makes one of; a tensor of torch, from any device; a table (pandas) or an
+        array of records with columns x, y, z and perhaps nx, ny, nz, or other names that files use for them;
+        a point cloud of Open3D, with its normals, or of trimesh; or a mesh of theirs, of which the vertices
+        count: its normals would be those of its faces
+
+    Raises
+    ------
+    InvalidPointCloudError
+        It is none of these, or holds no numbers.
+    """
+    points, normals = _held(given)
+    usable = None if normals is None else unit_normals(as_floats(normals, "normals"))
+    return as_floats(points, "points"), usable
+
+
+def _held(given: Any) -> tuple[Any, Any]:
+    """Points and normals as the object has them; the object itself where it holds no points."""
+    if names := _column_names(given):
+        return _columns(given, names)
+    if isinstance(given, np.ndarray | list | tuple):
+        return given, None
+    if hasattr(given, "points"):
+        has_normals = getattr(given, "has_normals", None)
+        return given.points, given.normals if has_normals and has_normals() else None
+    if hasattr(given, "vertices"):
+        return given.vertices, None
+    # Open3D's classes of tensors.
+    tensors = getattr(given, "point", getattr(given, "vertex", None))
+    if tensors is None or "positions" not in tensors:
+        return given, None
+    mesh = hasattr(given, "vertex")
+    return tensors["positions"], tensors["normals"] if "normals" in tensors and not mesh else None
+
+
+def _column_names(given: Any) -> list[str]:
+    """Names of the columns of a table or of the fields of records; none where one of them is no string."""
+    names = getattr(getattr(given, "dtype", None), "names", None) or getattr(given, "columns", [])
+    return [] if any(not isinstance(name, str) for name in names) else list(names)
+
+
+def _columns(given: Any, names: list[str]) -> tuple[Array, Array | None]:
+    try:
+        columns = find_columns(names)
+    except UnreadableFileError as error:
+        raise InvalidPointCloudError(f"points: {error}") from error
+    values = np.column_stack([as_floats(given[names[i]], f"points[{names[i]!r}]") for i in columns.used])
+    return values[:, :3], values[:, 3:] if columns.normals else None
+
+
+def as_floats(values: Any, field: str) -> Array:
+    """An array of float64, NaN where it is masked.
+
+    Raises `InvalidPointCloudError` for what is no array of numbers.
+    """
+    try:
+        array = as_array(values)
+        if array.ndim and array.dtype.kind in _NUMBERS:
+            floats = np.asarray(array, np.float64)
+            return np.where(values.mask, np.nan, floats) if np.ma.isMaskedArray(values) else floats
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise _no_numbers(values, field) from error
+    raise _no_numbers(values, field)
+
+
+def as_array(values: Any) -> NDArray[Any]:
+    """An array of any type; of a tensor its values, from whatever device and without its gradient."""
+    if hasattr(values, "detach"):
+        values = values.detach()
+    if hasattr(values, "cpu"):
+        values = values.cpu()
+    return values.numpy() if hasattr(values, "numpy") else np.asarray(values)
+
+
+def _no_numbers(values: Any, field: str) -> InvalidPointCloudError:
+    wanted = f"; {WANTED}" if field == "points" else ""
+    return InvalidPointCloudError(
+        f"{field}: {type(values).__name__} is not an array of numbers{wanted}", field
+    )

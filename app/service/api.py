@@ -1,0 +1,271 @@
+"""The service: routes that translate, an error table, and a pool of workers that read and fit."""
+
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
+from importlib.metadata import version as version_of
+from pathlib import Path
+from time import perf_counter
+
+from fastapi import APIRouter, FastAPI, Request, Response
+from fastapi.responses import HTMLResponse, PlainTextResponse
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
+
+from ..readers import CODINGS
+from ..wire import problems
+from ..wire.problems import NotReadyError, UnsupportedCodingError, UnsupportedMediaTypeError
+from ..wire.schemas import Capabilities, FitAnswer, Live, Ready, Versions
+from ..workers import jobs
+from ..workers.batch_jobs import OpenJob
+from ..workers.pool import WorkerPool
+from . import metrics, openapi
+from .batch_stream import Batch, Lines, scratch_file
+from .body import received
+from .capabilities import capabilities
+from .guard import Guard
+from .observe import Observer
+from .request_id import RequestId
+from .settings import Settings, load
+
+_INSTALLED = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}
+_DOCS = Path(__file__).with_name("docs.html")
+router = APIRouter()
+
+
+class Zip(Response):
+    """Files in one archive."""
+
+    media_type = jobs.ZIP
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """The ASGI application; its workers start with it and end with it."""
+    settings = settings or load()
+    app = FastAPI(
+        title="primfit",
+        version=version_of("primfit"),
+        description=openapi.DESCRIPTION,
+        lifespan=_lifespan,
+        docs_url=None,
+        redoc_url=None,
+        redirect_slashes=False,
+    )
+    app.state.settings = settings
+    app.state.metrics = metrics.Metrics()
+    app.state.stopping = False
+    app.include_router(router)
+    # The last one added sees a request first.
+    app.add_middleware(Guard, keys=settings.keys(), rate_limit=settings.rate_limit)
+    app.add_middleware(Observer, metrics=app.state.metrics)
+    app.add_middleware(RequestId)
+    for error in (*problems.KINDS, HTTPException, Exception):
+        app.add_exception_handler(error, _refuse)
+    app.add_exception_handler(ClientDisconnect, lambda request, error: Response(status_code=400))
+    app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]
+    return app
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    settings: Settings = app.state.settings
+    app.state.pool = WorkerPool(
+        settings.workers,
+        partial(jobs.warm, settings.log_format),
+        jobs.run,
+        time_limit=settings.fit_time_limit,
+        queue_size=settings.queue_size,
+        preload=[
+            "primfit.app.workers.jobs",
+            "primfit.app.workers.batch_jobs",
+            "scipy.optimize",
+            "scipy.spatial",
+            "sklearn.neighbors",
+        ],
+    )
+    app.state.metrics.watch(app.state.pool)
+    app.state.pool.start()
+    try:
+        yield
+    finally:
+        app.state.pool.stop()
+
+
+@router.post("/fit", operation_id="fit", summary="Fit a cloud", response_model=FitAnswer, **openapi.FIT)
+async def fit(request: Request) -> Response:
+    """Say which primitive a cloud is, with its parameters, its error, and every kind that was tried."""
+    return await _fitted(request, export=False)
+
+
+@router.post(
+    "/fit/export",
+    operation_id="fit_export",
+    summary="Fit a cloud, and export what was found",
+    response_class=Zip,
+    **openapi.FIT_EXPORT,
+)
+async def fit_export(request: Request) -> Response:
+    """Fit a cloud, and hand out the trimmed primitive, residuals, a report and the answer in a ZIP."""
+    return await _fitted(request, export=True)
+
+
+async def _fitted(request: Request, export: bool) -> Response:
+    media_type, coding = _media_type(request), _coding(request)
+    started = perf_counter()
+    async with received(request, request.app.state.settings) as body:
+        seconds = {"receive": perf_counter() - started}
+        reply = await request.app.state.pool.run(
+            _job(request, media_type, coding, body, export), request.is_disconnected
+        )
+    if reply is None:
+        raise ClientDisconnect
+    request.state.facts |= reply.facts
+    seconds |= reply.seconds | {"total": perf_counter() - started}
+    timing = ", ".join(f"{name};dur={1000 * value:.1f}" for name, value in seconds.items())
+    headers = {**reply.headers, "Server-Timing": timing}
+    return Response(reply.content, reply.status, headers, reply.media_type)
+
+
+@router.post(
+    "/fit/batch",
+    operation_id="fit_batch",
+    summary="Fit many clouds",
+    response_class=Lines,
+    **openapi.FIT_BATCH,
+)
+async def fit_batch(request: Request) -> Response:
+    """Fit many clouds, and the segments of clouds whose points have labels; the answers come line by line."""
+    media_type, coding = _media_type(request), _coding(request)
+    settings, pool = request.app.state.settings, request.app.state.pool
+    async with AsyncExitStack() as resources:
+        body = await resources.enter_async_context(received(request, settings))
+        run = resources.enter_context(pool.batch())
+        unpacked = Path(resources.enter_context(scratch_file(settings)).name) if coding else None
+        job = _open_job(request, media_type, coding, body, unpacked)
+        opened = await pool.run(job, request.is_disconnected)
+        if opened is None:
+            raise ClientDisconnect
+        if isinstance(opened, jobs.Reply):
+            request.state.facts |= opened.facts
+            return Response(opened.content, opened.status, opened.headers, opened.media_type)
+        kept = resources.pop_all()
+    run = partial(run, abandoned=request.is_disconnected)
+    metrics, facts = request.app.state.metrics, request.state.facts
+    batch = Batch(
+        request.state.request_id, unpacked or body, media_type, opened, settings, run, kept, metrics, facts
+    )
+    return Lines(batch.lines(), kept, settings.send_timeout)
+
+
+@router.get("/livez", operation_id="livez", summary="Is it alive?", response_model=Live, **openapi.GET)
+async def livez() -> Live:
+    """The process answers."""
+    return Live(status="alive")
+
+
+@router.get("/readyz", operation_id="readyz", summary="Is it ready?", response_model=Ready, **openapi.READYZ)
+async def readyz(request: Request) -> Ready:
+    """Workers are warm and the weights are loaded: clouds can be sent."""
+    if request.app.state.stopping:
+        raise NotReadyError("the service is about to stop")
+    n_warm = request.app.state.pool.n_warm
+    if not n_warm:
+        raise NotReadyError("no worker is warm yet")
+    return Ready(status="ready", workers=n_warm)
+
+
+@router.get("/version", operation_id="version", summary="What is it?", response_model=Versions, **openapi.GET)
+async def version(request: Request) -> Versions:
+    """Versions that decide the numbers; `weights` is null until the workers are warm."""
+    return _versions(request)
+
+
+@router.get(
+    "/capabilities",
+    operation_id="capabilities",
+    summary="What can it do?",
+    response_model=Capabilities,
+    **openapi.GET,
+)
+def what_it_can_do(request: Request) -> Capabilities:
+    """Kinds, classifiers, criteria, formats, options and limits of this service."""
+    return capabilities(request.app.state.settings, _versions(request))
+
+
+@router.get(
+    "/metrics",
+    operation_id="metrics",
+    summary="How is it used?",
+    response_class=PlainTextResponse,
+    **openapi.METRICS,
+)
+async def read_metrics(request: Request) -> Response:
+    """Counters and histograms in the text format of Prometheus."""
+    return Response(request.app.state.metrics.text(), media_type=metrics.MEDIA_TYPE)
+
+
+@router.get("/docs", include_in_schema=False)
+async def docs() -> HTMLResponse:
+    """The API in a browser, without anything from elsewhere."""
+    return HTMLResponse(_DOCS.read_text())
+
+
+def _versions(request: Request) -> Versions:
+    return Versions(**{"weights": None, **_INSTALLED, **(request.app.state.pool.greeting or {})})
+
+
+def _media_type(request: Request) -> str:
+    media_type = (
+        request.headers.get("content-type", "application/octet-stream").partition(";")[0].strip().lower()
+    )
+    if media_type not in openapi.MEDIA_TYPES:
+        raise UnsupportedMediaTypeError(openapi.WHAT_IS_READ)
+    return media_type
+
+
+def _coding(request: Request) -> str | None:
+    """How the body is packed: `gzip` (by its old name, too) or `zstd`, None if it is not."""
+    names = ",".join(request.headers.getlist("content-encoding")).lower().split(",")
+    names = [name.strip().replace("x-gzip", "gzip") for name in names]
+    codings = [name for name in names if name not in ("", "identity")]
+    if len(codings) > 1 or not set(codings) <= set(CODINGS):
+        raise UnsupportedCodingError(f"send the body as it is, or in one of {', '.join(CODINGS)}, once")
+    return codings[0] if codings else None
+
+
+def _job(
+    request: Request, media_type: str, coding: str | None, body: bytes | Path, export: bool
+) -> jobs.FitJob:
+    settings: Settings = request.app.state.settings
+    return jobs.FitJob(
+        request.state.request_id,
+        body,
+        media_type,
+        request.headers.get("content-type", ""),
+        coding,
+        request.query_params.multi_items(),
+        settings.limits,
+        ", ".join(request.headers.getlist("if-none-match")),
+        export,
+    )
+
+
+def _open_job(
+    request: Request, media_type: str, coding: str | None, body: bytes | Path, unpacked: Path | None
+) -> OpenJob:
+    settings: Settings = request.app.state.settings
+    return OpenJob(
+        request.state.request_id,
+        body,
+        media_type,
+        request.headers.get("content-type", ""),
+        coding,
+        unpacked,
+        request.query_params.multi_items(),
+        settings.limits,
+        settings.max_batch_items,
+    )
+
+
+async def _refuse(request: Request, error: Exception) -> Response:
+    return problems.respond(request, error)

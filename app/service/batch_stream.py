@@ -1,0 +1,173 @@
+"""A batch as it is answered: the jobs of its items in turns, and their lines in the order of the input."""
+
+import asyncio
+import logging
+from collections import Counter
+from collections.abc import AsyncGenerator, Awaitable, Callable
+from contextlib import AsyncExitStack, aclosing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import Any, Protocol
+
+import orjson
+from starlette.requests import ClientDisconnect
+from starlette.responses import StreamingResponse
+from starlette.types import Message, Receive, Scope, Send
+
+from ..engine.items import Item
+from ..engine.names import Ids, base_name
+from ..wire.multipart import Part
+from ..wire.problems import ServiceError, problem
+from ..workers.batch_jobs import CutFile, FileJob, Found, Opened, SegmentJob, Stretch, too_many_segments
+from ..workers.jobs import Reply
+from .metrics import Metrics
+from .openapi import NDJSON
+from .ordered import in_order
+from .settings import Settings
+
+_AHEAD = 8
+"""Items, for each worker, that may be done before their turn to be sent has come."""
+_log = logging.getLogger("primfit")
+
+
+class Scratch(Protocol):
+    """A temporary file that is removed when it is closed."""
+
+    name: str
+
+    def close(self) -> None: ...
+
+
+def scratch_file(settings: Settings) -> Any:
+    """An empty temporary file, which is removed when it is closed."""
+    return NamedTemporaryFile(prefix="primfit-", dir=settings.temporary_directory)
+
+
+Result = tuple[Item, Found | Reply, Scratch | None]
+"""An item and what came of it; the file with its points, where no later item needs it."""
+
+
+@dataclass
+class Batch:
+    """A batch that is opened, and what it needs to be answered; the counts of its items join its `facts`."""
+
+    request_id: str
+    body: bytes | Path
+    media_type: str
+    opened: Opened
+    settings: Settings
+    run: Callable[[Any], Awaitable[Any]]
+    resources: AsyncExitStack
+    metrics: Metrics
+    facts: dict[str, Any]
+
+    async def lines(self) -> AsyncGenerator[bytes, None]:
+        """A line for each item, in the order of the input, and the summary that says that it is complete."""
+        counts: Counter[str] = Counter()
+        async with aclosing(in_order(self._items(), _AHEAD * self.settings.workers)) as results:
+            async for item, result, done_with in results:
+                self.metrics.answered(result.facts)
+                counts[result.facts.get("fit_status", "problems")] += 1
+                yield item.line("answer" if isinstance(result, Found) else "problem", result.content)
+                if done_with is not None:
+                    done_with.close()
+        summary = {name: counts[name] for name in ("fitted", "ambiguous", "no_fit", "problems")}
+        summary = {"items": counts.total(), **summary}
+        self.facts |= summary
+        yield orjson.dumps({"summary": summary}) + b"\n"
+
+    async def _items(self) -> AsyncGenerator[Callable[[], Awaitable[Result]], None]:
+        """The work of each item. A file without labels is done when it is read; the others are cut only."""
+        ids = Ids()
+        left = self.settings.max_batch_items - len(self.opened.files)
+        async with aclosing(in_order(self._reads(), self.settings.workers + 1)) as reads:
+            number = 0
+            async for part, scratch, read in reads:
+                number += 1
+                name = base_name(part.filename)
+                file_id = ids.of_file(name, number)
+                if isinstance(read, CutFile) and len(read.labels) - 1 > left:
+                    read = self._problem(too_many_segments(len(read.labels), left + 1))
+                if not isinstance(read, CutFile):
+                    scratch.close()
+                    yield partial(_at_hand, (Item(file_id, name, None), read, None))
+                    continue
+                left -= len(read.labels) - 1
+                for i, label in enumerate(read.labels):
+                    item = Item(ids.of_segment(file_id, label), name, label)
+                    job = SegmentJob(self.request_id, read.stored, *read.bounds[i : i + 2])
+                    yield partial(self._fit, item, job, scratch if i == len(read.labels) - 1 else None)
+
+    async def _reads(self) -> AsyncGenerator[Callable[[], Awaitable[tuple[Part, Scratch, Any]]], None]:
+        for part in self.opened.files:
+            yield partial(self._read, part)
+
+    async def _read(self, part: Part) -> tuple[Part, Scratch, CutFile | Found | Reply]:
+        settings = self.settings
+        scratch = self.resources.enter_context(scratch_file(settings))
+        content: bytes | Stretch
+        if isinstance(self.body, bytes):
+            content = self.body[part.start : part.stop]
+        else:
+            content = Stretch(self.body, part.start, part.stop)
+        job = FileJob(
+            self.request_id,
+            content,
+            self.media_type,
+            self.opened.unpacked,
+            self.opened.labels,
+            self.opened.options,
+            settings.limits,
+            Path(scratch.name),
+            settings.max_batch_items,
+        )
+        return part, scratch, await self._result(job)
+
+    async def _fit(self, item: Item, job: SegmentJob, done_with: Scratch | None) -> Result:
+        return item, await self._result(job), done_with
+
+    async def _result(self, job: FileJob | SegmentJob) -> Any:
+        """What a job results in; a lost worker or the time limit is a problem of this job alone."""
+        try:
+            result = await self.run(job)
+        except ServiceError as error:
+            return self._problem(error)
+        if result is None:
+            raise ClientDisconnect
+        return result
+
+    def _problem(self, error: Exception) -> Reply:
+        made = problem(error, f"/requests/{self.request_id}")
+        return Reply(made.status, made.content, facts={"problem": made.slug})
+
+
+async def _at_hand(result: Result) -> Result:
+    return result
+
+
+class Lines(StreamingResponse):
+    """Lines that are made while they are sent; when they end, as it may be, what they need is given back."""
+
+    media_type = NDJSON
+
+    def __init__(
+        self, lines: AsyncGenerator[bytes, None], resources: AsyncExitStack, send_timeout: float
+    ) -> None:
+        super().__init__(lines)
+        resources.push_async_callback(lines.aclose)
+        self._resources, self._send_timeout = resources, send_timeout
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def send_or_give_up(message: Message) -> None:
+            async with asyncio.timeout(self._send_timeout):
+                await send(message)
+
+        async with self._resources:
+            try:
+                await super().__call__(scope, receive, send_or_give_up)
+            except TimeoutError:
+                _log.warning("a client took nothing for %g s: its batch is given up", self._send_timeout)
+            except ClientDisconnect:
+                pass

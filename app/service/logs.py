@@ -1,0 +1,65 @@
+"""The log: one line an event, for people or as JSON, with the id of the request that it belongs to."""
+
+import logging
+import logging.config
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from typing import Any
+
+import orjson
+
+from .request_id import REQUEST_ID
+
+
+def configure(form: str) -> None:
+    """Write to standard error as `text` or `json`: our events, the server's, and warnings of others."""
+    logging.config.dictConfig(
+        {
+            "version": 1,
+            "disable_existing_loggers": False,
+            "formatters": {"text": {"()": _Text}, "json": {"()": _Json}},
+            "handlers": {"stderr": {"class": "logging.StreamHandler", "formatter": form}},
+            "root": {"level": "WARNING", "handlers": ["stderr"]},
+            "loggers": {name: {"level": "INFO"} for name in ("primfit", "uvicorn")},
+        }
+    )
+
+
+def event(logger: logging.Logger, level: int, message: str, facts: Mapping[str, Any]) -> None:
+    """Log a message with facts, which stand beside it under their names."""
+    logger.log(level, message, extra={"facts": facts})
+
+
+class _Text(logging.Formatter):
+    """`2026-03-01T12:00:00.000Z INFO message name=value ...`, and a traceback below where there is one."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        facts = "".join(f" {name}={_shown(value)}" for name, value in _facts(record).items())
+        line = f"{_time(record)} {record.levelname} {record.getMessage().rstrip()}{facts}"
+        return line if record.exc_info is None else f"{line}\n{self.formatException(record.exc_info)}"
+
+
+class _Json(logging.Formatter):
+    """An object a line; a traceback is its member `exception`."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        line = {"time": _time(record), "level": record.levelname.lower()}
+        line |= {"message": record.getMessage().rstrip(), **_facts(record)}
+        if record.exc_info is not None:
+            line["exception"] = self.formatException(record.exc_info)
+        return orjson.dumps(line, default=str).decode()
+
+
+def _shown(value: object) -> str:
+    text = str(value)
+    return repr(text) if " " in text or not text else text
+
+
+def _time(record: logging.LogRecord) -> str:
+    return datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds")[:-6] + "Z"
+
+
+def _facts(record: logging.LogRecord) -> dict[str, Any]:
+    """What is known beside the message; unknown facts are left out."""
+    facts = {"request_id": REQUEST_ID.get(), **getattr(record, "facts", {})}
+    return {name: value for name, value in facts.items() if value is not None}

@@ -1,0 +1,102 @@
+"""The service as a process: where it listens, how it starts and how it stops."""
+
+import asyncio
+import errno
+import ipaddress
+import logging
+import signal
+import socket
+import sys
+import threading
+from typing import Any
+
+import uvicorn
+
+from . import demo as first_look
+from . import logs
+from .api import create_app
+from .settings import Settings, load
+
+_log = logging.getLogger("primfit")
+
+
+class ListenError(OSError):
+    """The service cannot listen where it was told to; the message says why and what to do."""
+
+
+def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -> None:
+    """Serve until a signal stops it; what is None comes from the environment or a file (`Settings`)."""
+    given: dict[str, Any] = {"host": host, "port": port, "workers": workers}
+    settings = load(**{name: value for name, value in given.items() if value is not None})
+    with listen(settings.host, settings.port) as listener:
+        logs.configure(settings.log_format)
+        address, taken_port = listener.getsockname()[:2]
+        _log.info("Listening on %s port %d", address, taken_port)
+        if not settings.keys() and not is_loopback(address):
+            _log.warning(
+                "Everybody who reaches this address may use the service: no API key is set (api_keys)"
+            )
+        if demo:
+            threading.Thread(target=first_look.show, args=(_url(listener),), daemon=True).start()
+        # The server catches both signals, and sends them again when it has stopped.
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+        try:
+            _Server(settings).run(sockets=[listener])
+        except KeyboardInterrupt:
+            pass
+
+
+class _Server(uvicorn.Server):
+    """The server, which says that it is about to stop before it does."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._app, self._delay = create_app(settings), settings.stop_delay
+        config = uvicorn.Config(
+            self._app,
+            log_config=None,
+            access_log=False,
+            proxy_headers=bool(settings.trusted_proxies),
+            forwarded_allow_ips=list(settings.trusted_proxies),
+            timeout_graceful_shutdown=settings.stop_patience,
+        )
+        super().__init__(config)
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Take requests for a moment longer, then close the listener and let those under way finish."""
+        self._app.state.stopping = True
+        await asyncio.sleep(self._delay)
+        await super().shutdown(sockets)
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A listening socket, taken before anything slow is started.
+
+    Raises
+    ------
+    ListenError
+        If the port is in use or not allowed, or the host is not an address of this machine.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        listener = socket.create_server((host, port), family=family, backlog=2048)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise ListenError(
+                f"port {port} on {host} is in use; choose another (--port, or PORT= with make run)"
+            ) from error
+        raise ListenError(f"cannot listen on {host} port {port}: {error.strerror or error}") from error
+    # Its connections inherit this. Without, a body waits 40 ms until its header is acknowledged.
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return listener
+
+
+def is_loopback(address: str) -> bool:
+    """Whether only this machine reaches an IP address."""
+    return ipaddress.ip_address(address.partition("%")[0]).is_loopback
+
+
+def _url(listener: socket.socket) -> str:
+    """Where this machine reaches the service: an address that stands for all is reached on loopback."""
+    host, port = listener.getsockname()[:2]
+    local = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+    return f"http://[{local}]:{port}" if ":" in local else f"http://{local}:{port}"

@@ -1,0 +1,204 @@
+"""Settings of the service: flags of `primfit serve`, else PRIMFIT_<NAME> in the environment, else a file."""
+
+import ipaddress
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import limits
+from pydantic import AfterValidator, BeforeValidator, DirectoryPath, Field, SecretStr, ValidationError
+from pydantic_settings import (
+    BaseSettings,
+    NoDecode,
+    PydanticBaseSettingsSource,
+    SettingsConfigDict,
+    TomlConfigSettingsSource,
+)
+
+from ..readers.limits import Limits
+from .keys import Keys
+
+MIB = 1024 * 1024
+DAY = 86400.0
+PREFIX = "PRIMFIT_"
+CONFIG = f"{PREFIX}CONFIG"
+_VALUE_LENGTH = 60
+
+
+class SettingsError(Exception):
+    """Settings that cannot be used; `complaints` name each with its value and what it may be."""
+
+    def __init__(self, *complaints: str) -> None:
+        super().__init__("; ".join(complaints))
+        self.complaints = complaints
+
+
+def _default_workers() -> int:
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(4, cores)
+
+
+def _split(value: Any) -> Any:
+    """The items of a list, which stands in an environment variable with commas between them."""
+    return [item.strip() for item in value.split(",") if item.strip()] if isinstance(value, str) else value
+
+
+def _rate(text: str) -> str:
+    try:
+        amounts = [rate.amount for rate in limits.parse_many(text)]
+    except ValueError:
+        amounts = []
+    if len(amounts) != 1 or amounts[0] < 1:
+        raise ValueError('a number of requests in a time is needed, such as "120/minute" or "5/2seconds"')
+    return text
+
+
+def _proxy(text: str) -> str:
+    if text != "*":
+        try:
+            ipaddress.ip_network(text)
+        except ValueError:
+            raise ValueError("an IP address, a network such as 10.0.0.0/8, or * is needed") from None
+    return text
+
+
+class Settings(BaseSettings):
+    """Where to listen, who may ask, how much, and what is told of it."""
+
+    model_config = SettingsConfigDict(
+        env_prefix=PREFIX, env_ignore_empty=True, frozen=True, extra="forbid", hide_input_in_errors=True
+    )
+
+    host: str = Field(default="127.0.0.1", description="address to listen on")
+    port: int = Field(default=8000, ge=0, le=65535, description="port to listen on; 0 takes a free one")
+    workers: int = Field(
+        default_factory=_default_workers,
+        ge=1,
+        le=256,
+        description="processes that read and fit, one thread each",
+        json_schema_extra={"x-default": "cores, at most 4"},
+    )
+    max_body_bytes: int = Field(default=64 * MIB, ge=1, description="largest request body")
+    max_points: int = Field(default=5_000_000, ge=1, description="most points of one cloud")
+    max_json_points: int = Field(default=200_000, ge=1, description="most points of one cloud in JSON")
+    fit_time_limit: float = Field(
+        default=60.0, gt=0, le=DAY, description="seconds that reading and fitting may take"
+    )
+    receive_timeout: float = Field(
+        default=30.0, gt=0, le=DAY, description="seconds to wait for the next piece of a body"
+    )
+    send_timeout: float = Field(
+        default=60.0,
+        gt=0,
+        le=DAY,
+        description="seconds to wait until a client takes the next piece of a stream",
+    )
+    max_batch_items: int = Field(default=10_000, ge=1, description="most files and segments of one batch")
+    queue_size: int = Field(default=64, ge=0, description="requests that may wait for a free worker")
+    temporary_directory: DirectoryPath | None = Field(
+        default=None,
+        description="where bodies over 128 KiB, and the points of a batch, are kept meanwhile",
+        json_schema_extra={"x-default": "the system's"},
+    )
+    api_keys: Annotated[tuple[SecretStr, ...], NoDecode, BeforeValidator(_split)] = Field(
+        default=(),
+        description="keys that clients must send, each `KEY` or `NAME:KEY`, a KEY of 16 to 200 characters; "
+        "without any, everybody may ask",
+    )
+    api_keys_file: Path | None = Field(
+        default=None, description="file with more of them, one a line; lines that begin with # are comments"
+    )
+    rate_limit: Annotated[str, AfterValidator(_rate)] | None = Field(
+        default=None,
+        description='most requests of one client in a time, such as "120/minute"; a client is its key, '
+        "else its address",
+    )
+    trusted_proxies: Annotated[
+        tuple[Annotated[str, AfterValidator(_proxy)], ...], NoDecode, BeforeValidator(_split)
+    ] = Field(
+        default=(),
+        description="addresses or networks of proxies whose `X-Forwarded-For` says who the client is; "
+        "`*` trusts everybody",
+    )
+    log_format: Literal["text", "json"] = Field(
+        default="text", description="one line an event, for people or for machines"
+    )
+    stop_delay: float = Field(
+        default=0.0,
+        ge=0,
+        le=DAY,
+        description="seconds after SIGTERM in which requests are still taken while `/readyz` says 503",
+    )
+    stop_patience: int = Field(
+        default=10, ge=0, le=DAY, description="seconds that requests under way may take to finish after that"
+    )
+
+    @classmethod
+    def settings_customise_sources(
+        cls,
+        settings_cls: type[BaseSettings],
+        init_settings: PydanticBaseSettingsSource,
+        env_settings: PydanticBaseSettingsSource,
+        dotenv_settings: PydanticBaseSettingsSource,
+        file_secret_settings: PydanticBaseSettingsSource,
+    ) -> tuple[PydanticBaseSettingsSource, ...]:
+        """Flags win over the environment, which wins over the file."""
+        return init_settings, env_settings, _file(settings_cls)
+
+    @property
+    def limits(self) -> Limits:
+        """How much a reader may take in."""
+        return Limits(self.max_points, self.max_json_points, self.max_body_bytes)
+
+    def keys(self) -> Keys:
+        """The API keys of both places; `ValueError` or `OSError` where they cannot be used."""
+        return Keys.read([key.get_secret_value() for key in self.api_keys], self.api_keys_file)
+
+
+def load(**flags: Any) -> Settings:
+    """The settings in force, with everything checked that can be checked before the service starts.
+
+    Raises
+    ------
+    SettingsError
+        A setting is unknown or out of range, or a file cannot be read.
+    """
+    try:
+        settings = Settings(**flags)
+        settings.keys()
+    except ValidationError as error:
+        found = error.errors(include_url=False, include_context=False)
+        raise SettingsError(*(_complaint(one, flags) for one in found)) from None
+    except OSError as error:
+        raise SettingsError(f"{error.filename}: {error.strerror}") from None
+    except ValueError as error:
+        raise SettingsError(str(error)) from None
+    return settings
+
+
+def _file(settings_cls: type[BaseSettings]) -> TomlConfigSettingsSource:
+    path = os.environ.get(CONFIG) or None
+    try:
+        if path is not None and not Path(path).is_file():
+            raise FileNotFoundError("no such file")
+        return TomlConfigSettingsSource(settings_cls, path)
+    except OSError as error:
+        raise SettingsError(f"{CONFIG}: {path}: {error.strerror or error}") from None
+    except ValueError as error:
+        raise SettingsError(f"{CONFIG}: {path}: {error}") from None
+
+
+def _complaint(found: Mapping[str, Any], flags: Mapping[str, Any]) -> str:
+    """What pydantic found, with the place where the value stands; a secret value is left out."""
+    name = str(found["loc"][0])
+    place = f"{os.environ.get(CONFIG)}: {name[:_VALUE_LENGTH]}"
+    if found["type"] == "extra_forbidden":
+        return f"{place}: unknown setting; known are {', '.join(Settings.model_fields)}"
+    if name in flags:
+        place = f"--{name.replace('_', '-')}"
+    elif (variable := f"{PREFIX}{name.upper()}") in os.environ:
+        place = variable
+    message = found["msg"].removeprefix("Value error, ")
+    value = "" if name == "api_keys" else f"; it is {str(found['input'])[:_VALUE_LENGTH]!r}"
+    return f"{place}: {message[:1].lower()}{message[1:]}{value}"

@@ -1,0 +1,59 @@
+"""The settings as text: those in force, and the page docs/settings.md."""
+
+from typing import Any
+
+import orjson
+
+from .settings import CONFIG, PREFIX, Settings
+
+_HEAD = f"""# Settings
+
+Printed by `primfit settings --markdown` from the code that defines them (`app/service/settings.py`).
+
+A setting is given by a flag of `primfit serve` (`--host`, `--port`, `--workers`), else by its environment
+variable, else in the TOML file that `{CONFIG}` names, under its name and at the top level:
+
+```toml
+workers = 2
+rate_limit = "120/minute"
+api_keys_file = "/etc/primfit.keys"
+```
+
+Items of a list stand in an environment variable with commas between them; an empty variable counts as none.
+`primfit settings` checks what is set and prints what is in force, without the keys. A name in the file that
+is not below, and a value that is not allowed, are named, and nothing starts (exit status 2).
+[operations.md](operations.md) says what the settings are for.
+
+| setting | environment | default | allowed | meaning |
+|---|---|---|---|---|
+"""
+
+
+def in_force(settings: Settings) -> str:
+    """A line a setting with its value, as JSON; secrets are masked."""
+    values = settings.model_dump(mode="json")
+    return "".join(f"{name} = {orjson.dumps(value).decode()}\n" for name, value in values.items())
+
+
+def page() -> str:
+    """What there is to set, in Markdown."""
+    properties = Settings.model_json_schema()["properties"]
+    return _HEAD + "".join(_row(name, schema) for name, schema in properties.items())
+
+
+def _row(name: str, schema: dict[str, Any]) -> str:
+    default = schema.get("x-default", schema.get("default"))
+    shown = "none" if default in (None, []) else default
+    return (
+        f"| `{name}` | `{PREFIX}{name.upper()}` | {shown} | {_allowed(schema)} | {schema['description']} |\n"
+    )
+
+
+def _allowed(schema: dict[str, Any]) -> str:
+    if "enum" in schema:
+        return ", ".join(f"`{value}`" for value in schema["enum"])
+    low, high = schema.get("minimum"), schema.get("maximum")
+    ends = [f"above {schema['exclusiveMinimum']:g}"] if "exclusiveMinimum" in schema else []
+    ends += [f"from {low:g}"] if low is not None else []
+    ends += [f"to {high:g}"] if high is not None else []
+    return " ".join(ends)

@@ -1,0 +1,73 @@
+"""Options from a JSON object or a query string, checked and with every mistake named."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import orjson
+from pydantic import ValidationError
+
+from ..readers.errors import FieldError, UnreadableFileError, describe
+from .problems import InvalidOptionsError, option_errors
+from .schemas import FitOptions
+
+ALLOWED = tuple(FitOptions.model_fields)
+OBJECTS = ("constraints", "initial_guess")
+_TEXT_LIMIT = 64 * 1024
+
+
+def check_options(
+    in_query: Sequence[tuple[str, str]], *in_objects: Mapping[str, Any], beside: Sequence[str] = ()
+) -> dict[str, Any]:
+    """The keyword options of `engine.fit`; each is given in one place, and only `kinds` may be repeated.
+
+    Parameters
+    ----------
+    in_query : names and values as they stand in a URL, which holds no objects
+    in_objects : objects of options, as in JSON: beside a file and in it
+    beside : names in the query that somebody else has read already, to be named where one is unknown
+
+    Raises
+    ------
+    InvalidOptionsError
+        Options are unknown, of the wrong type, out of range, or given twice.
+    """
+    query: dict[str, Any] = {}
+    errors: list[FieldError] = []
+    for name, value in in_query:
+        if name == "kinds":
+            query.setdefault(name, []).append(value)
+        elif name in OBJECTS:
+            errors.append(FieldError(name, "an object does not fit into a query; give it in JSON"))
+        elif name in query:
+            errors.append(FieldError(name, "given more than once"))
+        else:
+            query[name] = value
+    places = Counter(name for given in (query, *in_objects) for name in given)
+    errors += [
+        FieldError(f"options.{name}", "given in two places; keep one") for name in places if places[name] > 1
+    ]
+    checked: dict[str, Any] = {}
+    for prefix, given, strict in (("", query, False), *(("options", given, True) for given in in_objects)):
+        if not given:
+            continue
+        try:
+            checked |= FitOptions.model_validate(given, strict=strict).model_dump(exclude_unset=True)
+        except ValidationError as error:
+            errors += option_errors(error, prefix, ALLOWED if prefix else (*ALLOWED, *beside))
+    if errors:
+        raise InvalidOptionsError(errors)
+    return checked
+
+
+def parse_options(text: bytes | memoryview) -> dict[str, Any]:
+    """The JSON text of the part `options`."""
+    if len(text) > _TEXT_LIMIT:
+        raise UnreadableFileError("options", "options are over 64 KiB long", f"{len(text)} bytes")
+    try:
+        options = orjson.loads(text)
+    except orjson.JSONDecodeError as error:
+        raise UnreadableFileError("options", f"not valid JSON at character {error.pos}") from None
+    if not isinstance(options, dict):
+        raise UnreadableFileError("options", "options must be a JSON object", describe(options))
+    return options

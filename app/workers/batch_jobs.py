@@ -1,0 +1,228 @@
+"""What worker processes do with a batch: find its files, read each of them, fit each segment."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from ..engine.answer import to_json
+from ..engine.fit import config_of
+from ..engine.segments import Cut, Label, cut_cloud, part, per_point
+from ..readers import (
+    Cloud,
+    FieldError,
+    Limits,
+    TooLargeError,
+    UnreadableFileError,
+    read,
+    read_json,
+    read_unpacked,
+    unpack,
+)
+from ..readers.cloud import AUTO_LABELS
+from ..wire.multipart import Part, find_parts
+from ..wire.options import check_options, parse_options
+from ..wire.problems import InvalidOptionsError
+from .jobs import fitted
+
+PARTS = ("file", "options", "labels")
+_LABELS_LENGTH = 200
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Bytes of a file on disk."""
+
+    path: Path
+    start: int
+    stop: int
+
+    def read(self) -> bytes:
+        with self.path.open("rb") as file:
+            file.seek(self.start)
+            return file.read(self.stop - self.start)
+
+
+@dataclass(frozen=True)
+class Options:
+    """What stands in the query and in the part `options`, checked, but not merged yet with a file's own."""
+
+    query: list[tuple[str, str]]
+    beside: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Opened:
+    """The files of a batch in their order, the column of labels to cut them by, and the options of all.
+
+    Where the body was `unpacked` they stand in what it held.
+    """
+
+    files: list[Part]
+    unpacked: bool
+    labels: str | None
+    options: Options
+
+
+@dataclass(frozen=True)
+class Found:
+    """A finished answer, and the facts of it: `jobs.fitted`."""
+
+    content: bytes
+    facts: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Stored:
+    """What is known of a file that was cut.
+
+    Its points stand in a scratch file, segment by segment, as rows of float64, with so many `columns` of a
+    name; `cloud` holds the rest of it.
+    """
+
+    scratch: Path
+    columns: Mapping[str, int]
+    cloud: Cloud
+    options: Mapping[str, Any]
+
+    def segment(self, start: int, stop: int) -> Cloud:
+        """The cloud of these rows."""
+        width = sum(self.columns.values())
+        stored = np.fromfile(self.scratch, count=(stop - start) * width, offset=8 * start * width)
+        cuts = np.cumsum(list(self.columns.values()))[:-1]
+        parts = zip(self.columns, np.split(stored.reshape(-1, width), cuts, axis=1), strict=True)
+        # The arrays as a reader makes them: contiguous, and (N,) where there is one number a point.
+        shaped: dict[str, Any] = {
+            name: np.ascontiguousarray(v if v.shape[1] > 1 else v[:, 0]) for name, v in parts
+        }
+        return replace(self.cloud, **shaped)
+
+
+@dataclass(frozen=True)
+class CutFile:
+    """The labels of a file that was cut; the rows stored between two `bounds` are the segment of each."""
+
+    labels: list[Label]
+    bounds: list[int]
+    stored: Stored
+
+
+@dataclass(frozen=True)
+class OpenJob:
+    """A batch as the service received it; a large body stands in a file."""
+
+    request_id: str
+    body: bytes | Path
+    media_type: str
+    content_type: str
+    coding: str | None
+    unpacked: Path | None
+    query: list[tuple[str, str]]
+    limits: Limits
+    most_files: int
+
+    def work(self) -> Opened:
+        """Which files there are, with options that hold for all of them."""
+        body = self._unpacked()
+        parts = [Part("file", None, 0, len(body))]
+        if self.media_type == "multipart/form-data":
+            parts = find_parts(body, self.content_type, PARTS, self.most_files)
+        elif not body:
+            raise UnreadableFileError("body", "the body is empty", "empty")
+        files = [part for part in parts if part.name == "file"]
+        if not files:
+            raise UnreadableFileError("file", "part file is missing", "missing")
+        beside = {part.name: bytes(body[part.start : part.stop]) for part in parts if part.name != "file"}
+        labels = _labels([value for name, value in self.query if name == "labels"], beside.get("labels"))
+        query = [(name, value) for name, value in self.query if name != "labels"]
+        options = Options(query, parse_options(beside["options"]) if "options" in beside else {})
+        config_of(**check_options(options.query, options.beside))
+        return Opened(files, self.coding is not None, labels, options)
+
+    def _unpacked(self) -> bytes | memoryview:
+        """The body; if it came packed, what it holds is written to the file `unpacked`, too."""
+        body = self.body if isinstance(self.body, bytes) else self.body.read_bytes()
+        if self.coding is None or self.unpacked is None:
+            return body
+        with self.unpacked.open("r+b") as file:
+            held = unpack(memoryview(body), self.coding, self.limits, "body")
+            file.write(held)
+        return held
+
+
+def _labels(in_query: list[str], in_part: bytes | None) -> str | None:
+    """The name of the column of labels; an empty one asks for none."""
+    given = [*in_query, *([] if in_part is None else [in_part.decode("utf-8", "replace")])]
+    if len(given) > 1:
+        raise InvalidOptionsError([FieldError("labels", "given more than once")])
+    if given and len(given[0]) > _LABELS_LENGTH:
+        raise InvalidOptionsError([FieldError("labels", f"over {_LABELS_LENGTH} characters long")])
+    return (given[0].strip() or None) if given else AUTO_LABELS
+
+
+@dataclass(frozen=True)
+class FileJob:
+    """A file of a batch, and an empty file to keep the points of its segments in."""
+
+    request_id: str
+    content: bytes | Stretch
+    media_type: str
+    unpacked: bool
+    labels: str | None
+    options: Options
+    limits: Limits
+    scratch: Path
+    most_segments: int
+
+    def work(self) -> Found | CutFile:
+        """The answer for a file without labels; of one that has them the segments, cut but not fitted."""
+        # Opened first: when the request is given up, the file goes, and is not made again.
+        with self.scratch.open("r+b") as scratch:
+            cloud = self._read()
+            options = check_options(self.options.query, self.options.beside, cloud.options)
+            cut = cut_cloud(cloud)
+            return _found(cloud, options) if cut is None else self._store(cloud, cut, options, scratch)
+
+    def _read(self) -> Cloud:
+        content = self.content if isinstance(self.content, bytes) else self.content.read()
+        if self.media_type == "application/json":
+            return read_json(memoryview(content), self.limits, self.labels)
+        return (read_unpacked if self.unpacked else read)(memoryview(content), self.limits, self.labels)
+
+    def _store(self, cloud: Cloud, cut: Cut, options: Mapping[str, Any], scratch: BinaryIO) -> CutFile:
+        if len(cut.labels) > self.most_segments:
+            raise too_many_segments(len(cut.labels), self.most_segments)
+        arrays = per_point(cloud)
+        for _, rows in cut:
+            scratch.write(np.column_stack([values[rows] for values in arrays.values()]).data)
+        columns = {name: values[:1].size for name, values in arrays.items()}
+        stored = Stored(self.scratch, columns, part(cloud, cut.rows[:0]), options)
+        return CutFile(cut.labels, cut.bounds, stored)
+
+
+def too_many_segments(n_segments: int, limit: int) -> TooLargeError:
+    """The complaint about a file that holds more than the items that are left."""
+    return TooLargeError(
+        "labels", f"{n_segments} segments; this request may hold {limit} more", f"{n_segments} segments"
+    )
+
+
+@dataclass(frozen=True)
+class SegmentJob:
+    """A segment of a file that was cut."""
+
+    request_id: str
+    stored: Stored
+    start: int
+    stop: int
+
+    def work(self) -> Found:
+        """The answer for the segment: that for a file of its rows alone."""
+        return _found(self.stored.segment(self.start, self.stop), self.stored.options)
+
+
+def _found(cloud: Cloud, options: Mapping[str, Any]) -> Found:
+    _, content, facts = fitted(cloud, options)
+    return Found(to_json(content), facts)

@@ -1,0 +1,149 @@
+"""What a worker process does with one request: read, fit, and write the body of the response."""
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Protocol
+
+import numpy as np
+
+from primfit.fitting.answer.result import Recognition
+
+from ..engine.answer import answer, receipt, to_json, versions
+from ..engine.fit import fit, fit_cloud
+from ..exports import Fitted, bundle
+from ..readers import Cloud, Limits, UnreadableFileError, read, read_json, read_unpacked, unpack
+from ..service import logs
+from ..service.request_id import REQUEST_ID
+from ..wire.artifacts import NAMES, split_query
+from ..wire.etag import etag, names
+from ..wire.multipart import split_parts
+from ..wire.options import check_options, parse_options
+from ..wire.problems import MEDIA_TYPE, AlreadyAnsweredError, problem
+
+ZIP = "application/zip"
+_log = logging.getLogger("primfit")
+
+
+class Job(Protocol):
+    """What can be handed to a worker."""
+
+    @property
+    def request_id(self) -> str: ...
+
+    def work(self) -> Any:
+        """Do it; what is raised becomes a problem document."""
+
+
+@dataclass(frozen=True)
+class FitJob:
+    """A request as the service received it; a large body stands in a file, `coding` is how it is packed."""
+
+    request_id: str
+    body: bytes | Path
+    media_type: str
+    content_type: str
+    coding: str | None
+    query: list[tuple[str, str]]
+    limits: Limits
+    if_none_match: str = ""
+    export: bool = False
+
+    def work(self) -> "Reply":
+        return _fit(self)
+
+
+@dataclass(frozen=True)
+class Reply:
+    """A finished response, the seconds that went into its steps, and facts for the log and the metrics."""
+
+    status: int
+    content: bytes
+    media_type: str = "application/json"
+    headers: Mapping[str, str] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
+    facts: dict[str, Any] = field(default_factory=dict)
+
+
+def warm(log_format: str) -> dict[str, str | None]:
+    """Load the weights and fit once, so that no request waits for an import; returns the versions."""
+    logs.configure(log_format)
+    grid = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 3)) * [1.0, 1.0, 0.0]
+    fit(grid)
+    return versions("network")
+
+
+def run(job: Job) -> Any:
+    """What a job results in; every failure is a reply that holds a problem document.
+
+    None where the request ended meanwhile: then there is nobody to tell.
+    """
+    REQUEST_ID.set(job.request_id)
+    try:
+        return job.work()
+    except FileNotFoundError:
+        _log.info("request %s was given up, and its files are gone", job.request_id)
+        return None
+    except Exception as error:
+        refused = problem(error, f"/requests/{job.request_id}")
+        if refused.status >= 500:
+            _log.exception("the request failed")
+        facts = {"problem": refused.slug}
+        return Reply(refused.status, refused.content, MEDIA_TYPE, refused.headers, facts=facts)
+
+
+def _fit(job: FitJob) -> Reply:
+    started = perf_counter()
+    query, wanted = split_query(job.query) if job.export else (job.query, None)
+    body: bytes | memoryview = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
+    if job.coding is not None:
+        body = unpack(memoryview(body), job.coding, job.limits, "body")
+    cloud, beside = _read(body, job)
+    options = check_options(query, beside, cloud.options, beside=NAMES if job.export else ())
+    read_at = perf_counter()
+    if job.if_none_match and wanted is None:
+        tag = etag(receipt(cloud, options), cloud)
+        if names(job.if_none_match, tag):
+            raise AlreadyAnsweredError("the answer would be the one that you named", {"ETag": tag})
+    recognition, content, facts = fitted(cloud, options)
+    seconds = {"read": read_at - started, "fit": facts["fit_seconds"]}
+    if wanted is not None:
+        archive = bundle(to_json(content), Fitted(recognition, cloud, options), wanted)
+        return Reply(200, archive, ZIP, seconds=seconds, facts=facts)
+    headers = {"ETag": etag(content["receipt"], cloud)}
+    return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
+
+
+def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any], dict[str, Any]]:
+    """What was recognised, the answer, and what the log and the metrics say of it."""
+    started = perf_counter()
+    recognition = fit_cloud(cloud, options)
+    content = answer(recognition, cloud, options)
+    primitive = content["primitive"]
+    return (
+        recognition,
+        content,
+        {
+            "fit_status": content["status"],
+            "fit_kind": None if primitive is None else primitive["kind"],
+            "n_points": content["receipt"]["n_points"],
+            "attempts": len(content["attempts"]),
+            "fit_seconds": round(perf_counter() - started, 4),
+        },
+    )
+
+
+def _read(body: bytes | memoryview, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:
+    """The cloud, and the options that an upload holds beside it."""
+    if job.media_type == "application/json":
+        return read_json(memoryview(body), job.limits), {}
+    parts: Mapping[str, bytes | memoryview] = {"file": body}
+    if job.media_type == "multipart/form-data":
+        parts = split_parts(body, job.content_type)
+    if "file" not in parts:
+        raise UnreadableFileError("file", "part file is missing", "missing")
+    beside = parse_options(parts["options"]) if "options" in parts else {}
+    file = memoryview(parts["file"])
+    return read_unpacked(file, job.limits) if job.coding else read(file, job.limits), beside

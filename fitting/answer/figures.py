@@ -1,0 +1,62 @@
+"""What an answer says of its distances and of its noise, in input units."""
+
+import numpy as np
+
+from ..cloud.cloud import Cloud
+from ..geometry.vectors import Array
+from ..noise.fields import Explanations
+from ..primitives import Primitive
+from ..verdict.evidence import Evidence
+from .values import Deviation, ErrorSummary, NoiseSummary
+
+
+def summarize(
+    primitive: Primitive, evidence: Evidence, points: Array, diagonal: float, scale: float
+) -> ErrorSummary:
+    """The distances of all points (N, 3), restored to input units by `scale`."""
+    signed = primitive.signed_distance(points)
+    distance = np.abs(signed)
+    mean = float(distance.mean())
+    belongs = np.abs(evidence.primitive.signed_distance(points)) <= evidence.reach
+    near = distance[belongs] if belongs.any() else distance
+    return ErrorSummary(
+        rms=scale * float(np.sqrt(np.mean(distance**2))),
+        mean=scale * mean,
+        p95=scale * float(np.percentile(distance, 95.0)),
+        max=scale * float(distance.max()),
+        zone=scale * float(np.ptp(signed)),
+        relative_mean=mean / diagonal,
+        inlier_rms=scale * float(np.sqrt(np.mean(near**2))),
+        inlier_share=float(belongs.mean()),
+    )
+
+
+def summarize_noise(evidence: Evidence, cloud: Cloud) -> NoiseSummary:
+    """The noise about the judged primitive, restored to input units."""
+    share = evidence.noise.outlier_share * (1.0 - evidence.exact_share)
+    rough, smooth = _deviations(evidence.explained, cloud)
+    return NoiseSummary(
+        scale=cloud.frame.scale * evidence.noise_scale,
+        exact_share=evidence.exact_share,
+        outlier_share=0.0 if evidence.small else share,
+        quantisation_step=cloud.step,
+        correlated=rough,
+        smooth=smooth,
+    )
+
+
+def _deviations(explained: Explanations | None, cloud: Cloud) -> tuple[Deviation | None, Deviation | None]:
+    """The rough and the smooth one of the likeliest explanation, in input units."""
+    if explained is None:
+        return None, None
+    best, unit = explained.likeliest, cloud.frame.scale
+
+    def deviation(sizes: Array, ranges: Array) -> Deviation | None:
+        if sizes[best] == 0.0:
+            return None
+        return Deviation(unit * float(sizes[best]), unit * cloud.extent * float(ranges[best]))
+
+    return (
+        deviation(explained.rough, explained.rough_range),
+        deviation(explained.smooth, explained.smooth_range),
+    )

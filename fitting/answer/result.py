@@ -1,0 +1,127 @@
+"""What `recognize` hands back: values, never exceptions, for every expected outcome."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import orjson
+
+from ..extents import Extents
+from ..plain import plain
+from ..primitives import Primitive, parameters
+from ..uncertainty.values import Uncertainty
+from ..verdict.judge import Status
+from .residuals import Inliers
+from .summary import summary
+from .values import ErrorSummary, NoiseSummary
+
+Outcome = Literal["accepted", "refused", "failed"]
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One kind that was tried: what it reached and why it was accepted, refused, or failed.
+
+    `evidence` is the natural logarithm of its probability over that of the best kind: 0 for that, negative
+    for the others but those refused by themselves or equal within the tolerance; None where it was not
+    weighed.
+    """
+
+    kind: str
+    probability: float | None
+    outcome: Outcome
+    reason: str
+    primitive: Primitive | None
+    error: ErrorSummary | None
+    noise: NoiseSummary | None
+    evidence: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, as in `attempts` of the body of `POST /fit`."""
+        return {
+            "kind": self.kind,
+            "probability": plain(self.probability),
+            "outcome": self.outcome,
+            "reason": self.reason,
+            "primitive": self.primitive and parameters(self.primitive),
+            "error": plain(self.error),
+            "noise": plain(self.noise),
+            "evidence": plain(self.evidence),
+        }
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another kind that explains an ambiguous cloud; `evidence` as in its attempt."""
+
+    primitive: Primitive
+    error: ErrorSummary
+    extents: Extents | None
+    uncertainty: Uncertainty | None
+    evidence: float | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The parameters, with what stands beside `primitive` in the answer."""
+        return {
+            **parameters(self.primitive),
+            "error": plain(self.error),
+            "extents": self.extents and self.extents.values(),
+            "uncertainty": plain(self.uncertainty),
+            "evidence": plain(self.evidence),
+        }
+
+
+@dataclass(frozen=True)
+class Recognition:
+    """The answer for one cloud; `print` shows it in words and aligned numbers.
+
+    `primitive` is the accepted one; with status `ambiguous` the first of several (the rest stand in
+    `alternatives`), with `no_fit` the best try, and None only if every attempt failed.
+    `uncertainty` says how well it is known; None with `no_fit`, and under a criterion of extreme points.
+    `active_constraints` says how each constraint acts on it, by name: `{"radius": "at its upper bound 5.0"}`,
+    or `"not applicable: a plane has no radius"`.
+    `extents` says where `primitive` begins and ends; None without one, or where its points span no surface.
+    `inliers` says which points belong to it; None without one.
+    """
+
+    status: Status
+    primitive: Primitive | None
+    alternatives: tuple[Alternative, ...]
+    error: ErrorSummary | None
+    noise: NoiseSummary | None
+    attempts: tuple[Attempt, ...]
+    message: str
+    n_points: int
+    active_constraints: Mapping[str, str] = field(default_factory=dict)
+    extents: Extents | None = None
+    uncertainty: Uncertainty | None = None
+    inliers: Inliers | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values: the body of `POST /fit` without its receipt."""
+        return {
+            "status": self.status,
+            "primitive": self.primitive and parameters(self.primitive),
+            "alternatives": [other.to_dict() for other in self.alternatives],
+            "message": self.message,
+            "extents": self.extents and self.extents.values(),
+            "uncertainty": plain(self.uncertainty),
+            "error": plain(self.error),
+            "noise": plain(self.noise),
+            "active_constraints": dict(self.active_constraints),
+            "attempts": [attempt.to_dict() for attempt in self.attempts],
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` in one line of JSON; numbers read back to the same float64."""
+        return orjson.dumps(self.to_dict()).decode()
+
+    def __str__(self) -> str:
+        return summary(self.to_dict())
+
+    def __repr__(self) -> str:
+        found = (self.primitive, *(other.primitive for other in self.alternatives))
+        kinds = " or ".join(each.kind for each in found if each)
+        best = "best try " if kinds and self.status == "no_fit" else ""
+        said = [self.status, best + kinds, f"{self.n_points} points"]
+        return f"<Recognition: {', '.join(filter(None, said))}>"

@@ -1,0 +1,61 @@
+"""What an answer says of distances and of noise, as values; `fitting.answer.figures` makes them."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class ErrorSummary:
+    """Orthogonal distances of all points, in the unit of the input; the share is that of all of them, too.
+
+    Attributes
+    ----------
+    rms, mean, p95, max : of the absolute distances
+    zone : largest less smallest signed distance: the width of the zone between two offsets of the surface
+        that holds all points. Flatness, sphericity, cylindricity under the criterion that was asked for
+    relative_mean : mean over the bounding-box diagonal (the SHREC 2022 track's mean fitting error)
+    inlier_rms : rms of the points not rejected as outliers
+    inlier_share : share of the points not rejected as outliers
+    """
+
+    rms: float
+    mean: float
+    p95: float
+    max: float
+    zone: float
+    relative_mean: float
+    inlier_rms: float
+    inlier_share: float
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """A deviation that neighbouring points share [length]: its rms, and the distance over which it holds."""
+
+    size: float
+    range: float
+
+
+@dataclass(frozen=True)
+class NoiseSummary:
+    """How the points that were judged scatter about a primitive: a mixture of three. Lengths in input units.
+
+    Attributes
+    ----------
+    scale : standard deviation of the noise of the points that are neither exact nor outliers; 0 where there
+        are none
+    exact_share : share of the points that lie on the surface within the rounding of the coordinates; 0 where
+        that many could lie there by accident
+    outlier_share : share of the points that are more likely to be anywhere than on the surface
+    quantisation_step : step that the decimal coordinates differ by multiples of, None where there is none
+    correlated : the part of the noise that neighbours share, rough as sensors make it; None where it does not
+        show
+    smooth : a smooth deviation of the cloud from the surface, as a bowed part or a wrong shape has; None
+        where it does not show
+    """
+
+    scale: float
+    exact_share: float
+    outlier_share: float
+    quantisation_step: float | None
+    correlated: Deviation | None = None
+    smooth: Deviation | None = None

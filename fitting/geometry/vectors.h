@@ -1,0 +1,55 @@
+/* What the compiled loops share: vector units, small numbers, the geometry of directions. */
+#pragma once
+
+#include <math.h>
+#include <stddef.h>
+
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__)
+#define VECTOR_UNITS __attribute__((target_clones("avx2", "default")))
+#else
+#define VECTOR_UNITS
+#endif
+#if defined(__GNUC__)
+#define EVERYWHERE static inline __attribute__((always_inline))
+#else
+#define EVERYWHERE static inline
+#endif
+
+#if defined(_MSC_VER)
+#define restrict __restrict
+#endif
+
+/* Added where a distance is divided by, so that points on an axis give 0 instead of NaN. */
+#define TINY 1e-300
+
+static inline double lesser(double a, double b) { return b < a ? b : a; }
+static inline double greater(double a, double b) { return b > a ? b : a; }
+
+static inline double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* Two unit vectors that complete a unit vector to a right-handed frame, as fitting.geometry.vectors.basis. */
+static inline void basis(const double *axis, double *u, double *v)
+{
+    double x = axis[0], y = axis[1], z = axis[2];
+    double sign = z >= 0.0 ? 1.0 : -1.0, a = -1.0 / (sign + z), b = x * y * a;
+    u[0] = 1.0 + sign * x * x * a, u[1] = sign * b, u[2] = -sign * x;
+    v[0] = b, v[1] = sign + y * y * a, v[2] = -y;
+}
+
+static inline void normalize(double *direction)
+{
+    double length = sqrt(dot(direction, direction));
+    for (int k = 0; k < 3; k++)
+        direction[k] /= length;
+}
+
+/* Turn a unit vector by tilts [rad] towards two others across it. */
+static inline void tilt(double *axis, const double *u, const double *v, const double *tilts)
+{
+    double angle = hypot(tilts[0], tilts[1]);
+    if (angle == 0.0)
+        return;
+    for (int k = 0; k < 3; k++)
+        axis[k] = cos(angle) * axis[k] + sin(angle) / angle * (tilts[0] * u[k] + tilts[1] * v[k]);
+    normalize(axis);
+}

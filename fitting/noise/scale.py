@@ -1,0 +1,56 @@
+"""How far points scatter about a surface: the scale of the core of their distances."""
+
+import numpy as np
+from scipy.integrate import quad
+
+from ..geometry.vectors import Array
+from ..solver import _descent
+from .kernels import CUTOFF, Kernel
+from .rounding import ULPS
+
+CORE = 3.0
+"""Distances beyond so many scales have no weight in the scale."""
+
+SCALE_AT_REST = ULPS * float(np.finfo(np.float64).eps)
+"""Relative change of a scale that ends its rounds."""
+
+
+def _core_deviation() -> float:
+    """Standard deviation of a unit normal variable under the weights (1 - (x / CORE)^2)^2."""
+
+    def weight(x: float) -> float:
+        return float((1.0 - (x / CORE) ** 2) ** 2 * np.exp(-0.5 * x**2))
+
+    squares, weights = (quad(law, 0.0, CORE)[0] for law in (lambda x: x**2 * weight(x), weight))
+    return float(np.sqrt(squares / weights))
+
+
+CORE_DEVIATION = _core_deviation()
+"""Standard deviation of a unit normal variable under the weights of `core_scale`."""
+
+
+def core_scale(distance: Array) -> float:
+    """Standard deviation of the core of absolute distances, shape (N,); outliers hardly reach it.
+
+    From the normalised median absolute distance on, distances x are weighted by (1 - (x / CORE / scale)^2)^2
+    until the scale rests, corrected to be consistent for a normal distribution. It changes smoothly with the
+    distances, so what is fitted at this scale does not depend on the way there.
+    """
+    return _descent.core_scale(np.ascontiguousarray(distance), CORE, CORE_DEVIATION, SCALE_AT_REST)
+
+
+def is_normal(distance: Array, largest: float) -> bool:
+    """Whether nothing of distances (N,) is to be rejected, as of normal noise.
+
+    So it is where none is beyond the largest, and least squares has no more variance on them than the
+    biweight that is cut off there. The variance is the mean square of the pulls over the square of their mean
+    slope.
+    Source: Huber, "Robust estimation of a location parameter", Annals Math. Stat. 35, 1964, section 4.
+    """
+    squared = (CUTOFF / largest * distance) ** 2
+    mean = float(squared.mean())
+    if mean == 0.0 or squared.max() > CUTOFF**2:
+        return False
+    pulls = Kernel.TUKEY.weight(squared) ** 2 * squared
+    slope = float(Kernel.TUKEY.slope(squared).mean())
+    return mean * slope**2 <= float(pulls.mean())

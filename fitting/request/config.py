@@ -1,0 +1,124 @@
+"""What a caller may ask of the fit."""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from ..errors import InvalidOptionError
+from ..primitives import KINDS, PRIMITIVES, Primitive, parameters
+from .constraints import UNCONSTRAINED, Constraints
+from .guess import guess_of
+from .values import number, positive
+
+Criterion = Literal[
+    "robust",
+    "least_squares",
+    "huber",
+    "tukey",
+    "minimum_zone",
+    "minimum_circumscribed",
+    "maximum_inscribed",
+]
+CRITERIA: tuple[str, ...] = get_args(Criterion)
+
+EXTREME = ("minimum_zone", "minimum_circumscribed", "maximum_inscribed")
+"""Criteria of a few extreme points, which take neither constraints nor weights."""
+
+COUNTING_ALL = ("least_squares", *EXTREME)
+"""Criteria by which every point counts, whatever its distance."""
+
+WITH_A_RADIUS = ("sphere", "cylinder")
+FITTING_KINDS = {"minimum_circumscribed": WITH_A_RADIUS, "maximum_inscribed": WITH_A_RADIUS}
+"""Kinds that a criterion is defined for, where that is not all of them."""
+
+
+def takes_no(criterion: str, what: str) -> str:
+    """The complaint about constraints or weights beside an extreme criterion."""
+    others = ", ".join(name for name in CRITERIA if name not in EXTREME)
+    return f"criterion {criterion} takes no {what}; these do: {others}"
+
+
+@dataclass(frozen=True)
+class Config:
+    """Options of `recognize`; a value out of range raises `InvalidOptionError`.
+
+    Attributes
+    ----------
+    kinds : kinds that may be answered, without repetition
+    criterion : what the parameters minimise.
+        `robust`: outliers rejected, exact where the data is exact. `least_squares`: the squares of all
+        distances. `huber`, `tukey`: M-estimators with 95 % of its efficiency under normal noise; outliers
+        pull by a bounded amount, or not at all. `minimum_zone`: the largest distance.
+        `minimum_circumscribed`, `maximum_inscribed`: the radius of a sphere or cylinder with all points
+        inside, or its negative with all points outside
+    max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share
+        of the bounding-box diagonal, in (0, 1]; None derives the limit from the noise of the cloud
+    tolerance : what the caller counts as no deviation [length, input units], or None. Kinds that agree within
+        it over the cloud count as equal, and the simplest is answered; a smooth deviation within it never
+        refuses a kind
+    seed : seed of every random choice, from 0 to 2^63 - 1
+    constraints : parameters that are fixed or bounded
+    initial_guess : a primitive in input units that joins the starts of its kind
+    """
+
+    kinds: tuple[str, ...] = KINDS
+    criterion: Criterion = "robust"
+    max_error: float | None = None
+    tolerance: float | None = None
+    seed: int = 0
+    constraints: Constraints = UNCONSTRAINED
+    initial_guess: Primitive | None = None
+
+    def __post_init__(self) -> None:
+        if self.kinds is None or isinstance(self.kinds, str):  # type: ignore[unreachable]
+            raise InvalidOptionError(f"kinds must be a sequence of names out of {', '.join(KINDS)}", "kinds")
+        object.__setattr__(self, "kinds", tuple(self.kinds))
+        if not self.kinds:
+            raise InvalidOptionError(f"kinds is empty; name at least one of {', '.join(KINDS)}", "kinds")
+        for kind in self.kinds:
+            if kind not in KINDS:
+                raise InvalidOptionError(f"kinds holds {kind!r:.40}; allowed are {', '.join(KINDS)}", "kinds")
+        if len(set(self.kinds)) < len(self.kinds):
+            raise InvalidOptionError("kinds names the same kind twice", "kinds")
+        if self.criterion not in CRITERIA:
+            raise InvalidOptionError(
+                f"criterion is {self.criterion!r:.40}; allowed are {', '.join(CRITERIA)}", "criterion"
+            )
+        if not set(self.kinds) & set(FITTING_KINDS.get(self.criterion, KINDS)):
+            raise InvalidOptionError(
+                f"criterion {self.criterion} is for {' or '.join(FITTING_KINDS[self.criterion])}; "
+                f"kinds allows only {', '.join(self.kinds)}",
+                "kinds",
+            )
+        if self.max_error is not None and not 0.0 < number("max_error", self.max_error) <= 1.0:
+            raise InvalidOptionError(
+                f"max_error is {self.max_error:g}; it is a share of the bounding-box diagonal in (0, 1]",
+                "max_error",
+            )
+        if self.tolerance is not None:
+            positive("tolerance", self.tolerance)
+        if not isinstance(self.seed, int | np.integer) or isinstance(self.seed, bool):
+            raise InvalidOptionError(f"seed is {self.seed!r:.40}, not a whole number", "seed")
+        if not 0 <= self.seed < 2**63:
+            raise InvalidOptionError("seed must lie between 0 and 2^63 - 1", "seed")
+        if not isinstance(self.constraints, Constraints):
+            raise InvalidOptionError(
+                f"constraints is {self.constraints!r:.40}; Constraints.of makes them from plain values",
+                "constraints",
+            )
+        self.constraints.check_kinds(self.kinds)
+        if self.constraints.given and self.criterion in EXTREME:
+            raise InvalidOptionError(takes_no(self.criterion, "constraints"), "constraints")
+        if self.initial_guess is None:
+            return
+        if type(self.initial_guess) not in PRIMITIVES.values():
+            raise InvalidOptionError(
+                f"initial_guess is {self.initial_guess!r:.40}, not a primitive", "initial_guess"
+            )
+        guess_of(parameters(self.initial_guess))
+        if self.initial_guess.kind not in self.kinds:
+            raise InvalidOptionError(
+                f"initial_guess is a {self.initial_guess.kind}; kinds allows only {', '.join(self.kinds)}",
+                "initial_guess",
+            )

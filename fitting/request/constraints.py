@@ -1,0 +1,242 @@
+"""What the caller knows about the primitive beforehand: parameters that are fixed or bounded.
+
+A constraint acts on every kind that has a parameter of its name and leaves the other kinds free.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self, TypeVar
+
+import numpy as np
+
+from ..errors import InvalidOptionError
+from ..geometry.vectors import Array, unit, vector
+from ..primitives import KINDS, PRIMITIVES, Primitive
+from ..primitives.chart import worded
+from .values import Triple, direction, number, positive, triple
+
+P = TypeVar("P", bound=Primitive)
+
+SMALLEST_ANGLE, LARGEST_ANGLE = 1e-9, math.pi / 2 - 1e-9
+"""Limits [rad] of a half-angle that is fixed: at 0 the apex is lost, at pi/2 the nappe."""
+
+TOUCHES = 1e-12
+"""A parameter this close to its bound, relatively to the bound, is at it."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """A number from `low` to `high`, both included; fixed where they are equal."""
+
+    low: float = 0.0
+    high: float = math.inf
+
+    @property
+    def fixed(self) -> bool:
+        return self.low == self.high
+
+
+@dataclass(frozen=True)
+class Direction:
+    """An axis or a normal within `max_angle` [rad] of a direction, up to sign; fixed where that is 0."""
+
+    direction: Triple
+    max_angle: float = 0.0
+
+    @property
+    def unit(self) -> Array:
+        return unit(self.direction)
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """Constraints in input units and radians; one that cannot be meant raises `InvalidOptionError`.
+
+    Attributes
+    ----------
+    radius : of a sphere or cylinder
+    major_radius, minor_radius : of a torus
+    half_angle : of a cone
+    axis : of a cylinder, cone or torus
+    normal : of a plane
+    center : of a sphere or torus
+    apex : of a cone
+    point : that the axis of a cylinder, or a plane, passes through
+    """
+
+    radius: Range | None = None
+    major_radius: Range | None = None
+    minor_radius: Range | None = None
+    half_angle: Range | None = None
+    axis: Direction | None = None
+    normal: Direction | None = None
+    center: Triple | None = None
+    apex: Triple | None = None
+    point: Triple | None = None
+
+    def __post_init__(self) -> None:
+        """What was built by hand passes the same checks as what was parsed."""
+        for name, value in self.given.items():
+            _PARSERS[name](f"constraints.{name}", _plain(value))
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """From plain values: `{"radius": {"min": 4, "max": 6}, "axis": {"direction": [0, 0, 1]}, ...}`.
+
+        A number is `{"value": v}` or `{"min": a, "max": b}`, of which one may be left out; a direction has a
+        `max_angle`, 0 by default; a position is `[x, y, z]`.
+        """
+        parts = _parts("constraints", values, tuple(_PARSERS))
+        return cls(**{name: _PARSERS[name](f"constraints.{name}", value) for name, value in parts.items()})
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """The constraints that are there, by name."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in values.items() if value is not None}
+
+    def on(self, kind: str) -> dict[str, Any]:
+        """Those that act on a kind."""
+        names = {field.name for field in fields(PRIMITIVES[kind])}  # type: ignore[arg-type]
+        return {name: value for name, value in self.given.items() if name in names}
+
+    def check_kinds(self, kinds: tuple[str, ...]) -> None:
+        """Raise `InvalidOptionError` for a constraint that acts on none of the kinds."""
+        for name in self.given:
+            if not any(name in self.on(kind) for kind in kinds):
+                having = [kind for kind in KINDS if name in self.on(kind)]
+                raise InvalidOptionError(
+                    f"constraints.{name} is given, but kinds allows only {', '.join(kinds)}; "
+                    f"{' and '.join(having)} have it",
+                    f"constraints.{name}",
+                )
+
+    def plain(self) -> dict[str, Any]:
+        """The values that `of` takes."""
+        return {name: _plain(value) for name, value in self.given.items()}
+
+    def written_into(self, primitive: P) -> P:
+        """The primitive, in input units, with every fixed value as it was given.
+
+        It is there already but for the last digit: centring and scaling a position, and normalising an axis,
+        round. A cylinder's or plane's `point` stays the one closest to the centroid.
+        """
+        exact: dict[str, Any] = {}
+        for name, value in self.on(primitive.kind).items():
+            if isinstance(value, Range):
+                exact[name] = min(max(getattr(primitive, name), value.low), value.high)
+            elif isinstance(value, Direction) and value.max_angle == 0.0:
+                exact[name] = math.copysign(1.0, value.unit @ getattr(primitive, name)) * value.unit
+            elif name in ("center", "apex"):
+                exact[name] = vector(value)
+        return replace(primitive, **exact) if exact else primitive  # type: ignore[type-var]
+
+    def effects(self, primitive: Primitive) -> dict[str, str]:
+        """How each constraint acts on a primitive, by name, or that its kind has no such parameter."""
+        acting = self.on(primitive.kind)
+        return {
+            name: _effect(value, getattr(primitive, name))
+            if name in acting
+            else f"not applicable: a {primitive.kind} has no {worded(name)}"
+            for name, value in self.given.items()
+        }
+
+
+def _effect(constraint: Any, value: Any) -> str:
+    if isinstance(constraint, Range):
+        if constraint.fixed:
+            return f"fixed at {constraint.low!r}"
+        for bound, name in ((constraint.low, "lower"), (constraint.high, "upper")):
+            if abs(value - bound) <= TOUCHES * bound < math.inf:
+                return f"at its {name} bound {bound!r}"
+        return "bounds, not active"
+    if isinstance(constraint, Direction) and constraint.max_angle > 0.0:
+        across = np.linalg.norm(np.cross(value, constraint.unit))
+        angle = math.atan2(across, abs(value @ constraint.unit))
+        if angle >= constraint.max_angle - TOUCHES:
+            return f"at its largest angle {constraint.max_angle!r}"
+        return "largest angle, not active"
+    return "fixed"
+
+
+def _check_range(field: str, value: Range, angle: bool) -> None:
+    low, high = value.low, value.high
+    if low > high:
+        raise InvalidOptionError(f"{field} has the min {low:g} over the max {high:g}", field)
+    if angle and (low > LARGEST_ANGLE or high < SMALLEST_ANGLE or math.pi / 2 < high < math.inf):
+        raise angle_error(field, f"{low:g}" if value.fixed else f"from {low:g} to {high:g}")
+
+
+def angle_error(field: str, found: str) -> InvalidOptionError:
+    """The complaint about a half-angle."""
+    limits = f"it lies between {SMALLEST_ANGLE:g} and pi/2 - {SMALLEST_ANGLE:g}"
+    return InvalidOptionError(f"{field} is {found}; {limits}", field)
+
+
+def _parts(field: str, value: object, allowed: tuple[str, ...]) -> Mapping[str, Any]:
+    """The entries of a mapping that are not None, all of them allowed."""
+    if not isinstance(value, Mapping):
+        raise InvalidOptionError(
+            f"{field} is {value!r:.40}; a mapping with {', '.join(allowed)} is needed", field
+        )
+    for key in value:
+        if key not in allowed:
+            raise InvalidOptionError(f"{field} holds {key!r:.40}; allowed are {', '.join(allowed)}", field)
+    return {key: part for key, part in value.items() if part is not None}
+
+
+def _range(field: str, value: object) -> Range:
+    parts = _parts(field, value, ("value", "min", "max"))
+    numbers = {key: positive(f"{field}.{key}", part) for key, part in parts.items()}
+    if not numbers or ("value" in numbers and len(numbers) > 1):
+        raise InvalidOptionError(f"{field} needs either a value, or a min, a max or both", field)
+    low, high = numbers.get("min", 0.0), numbers.get("max", math.inf)
+    result = Range(numbers.get("value", low), numbers.get("value", high))
+    _check_range(field, result, angle=field.endswith("half_angle"))
+    return result
+
+
+def _direction(field: str, value: object) -> Direction:
+    parts = _parts(field, value, ("direction", "max_angle"))
+    if "direction" not in parts:
+        raise InvalidOptionError(f"{field} needs a direction [x, y, z]", field)
+    result = Direction(
+        direction(f"{field}.direction", parts["direction"]),
+        number(f"{field}.max_angle", parts.get("max_angle", 0.0)),
+    )
+    if not 0.0 <= result.max_angle < math.pi / 2:
+        raise InvalidOptionError(
+            f"{field}.max_angle is {result.max_angle:g}; it lies in [0, pi/2) radians, and beyond that "
+            "nothing is constrained",
+            f"{field}.max_angle",
+        )
+    return result
+
+
+_PARSERS: dict[str, Any] = {
+    "radius": _range,
+    "major_radius": _range,
+    "minor_radius": _range,
+    "half_angle": _range,
+    "axis": _direction,
+    "normal": _direction,
+    "center": triple,
+    "apex": triple,
+    "point": triple,
+}
+
+
+def _plain(value: Any) -> Any:
+    """What the parser of a constraint takes."""
+    if isinstance(value, Range):
+        if value.fixed:
+            return {"value": value.low}
+        bounds = {"min": value.low, "max": value.high}
+        return {name: bound for name, bound in bounds.items() if 0.0 < bound < math.inf}
+    if isinstance(value, Direction):
+        return {"direction": list(value.direction), "max_angle": value.max_angle}
+    return list(value) if isinstance(value, tuple) else value
+
+
+UNCONSTRAINED = Constraints()

@@ -1,0 +1,43 @@
+"""A primitive that the caller gives as plain values, as it stands in an answer."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+from ..errors import InvalidOptionError
+from ..primitives import KINDS, PRIMITIVES, Primitive
+from .constraints import LARGEST_ANGLE, SMALLEST_ANGLE, angle_error
+from .values import direction, positive, triple
+
+
+def guess_of(values: object) -> Primitive:
+    """The primitive of `{"kind": "sphere", "center": [x, y, z], "radius": r}`, or `InvalidOptionError`."""
+    if not isinstance(values, Mapping):
+        raise InvalidOptionError(
+            f"initial_guess is {values!r:.40}; a primitive with its kind is needed", "initial_guess"
+        )
+    kind = values.get("kind")
+    if kind not in KINDS:
+        raise InvalidOptionError(
+            f"initial_guess.kind is {kind!r:.40}; allowed are {', '.join(KINDS)}", "initial_guess.kind"
+        )
+    names = tuple(field.name for field in fields(PRIMITIVES[kind]))  # type: ignore[arg-type]
+    if set(values) != {"kind", *names}:
+        raise InvalidOptionError(
+            f"initial_guess holds {', '.join(sorted(map(str, values)))}; "
+            f"a {kind} has kind, {', '.join(names)}",
+            "initial_guess",
+        )
+    return PRIMITIVES[kind](**{name: _value(name, values[name]) for name in names})
+
+
+def _value(name: str, value: object) -> Any:
+    field = f"initial_guess.{name}"
+    if name in ("axis", "normal"):
+        return direction(field, value)
+    if name in ("center", "apex", "point"):
+        return triple(field, value)
+    result = positive(field, value)
+    if name == "half_angle" and not SMALLEST_ANGLE <= result <= LARGEST_ANGLE:
+        raise angle_error(field, f"{result:g}")
+    return result

@@ -1,0 +1,128 @@
+"""Levenberg-Marquardt on signed orthogonal distances, under any kernel, for any primitive.
+
+Source: Levenberg 1944, Marquardt 1963; damping on the scaled diagonal as in More, "The Levenberg-Marquardt
+algorithm", 1978. Our own, and compiled, rather than scipy's: a step of three to seven parameters is one small
+solve, and the search takes thousands of them a cloud.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.vectors import Array, basis
+from ..noise.kernels import Kernel
+from ..primitives import KINDS, PRIMITIVES, Primitive
+from . import _descent
+from .limits import Limits
+
+CODES = {kind: code for code, kind in enumerate(KINDS)}
+"""The numbers of the kinds in `fitting.solver._descent`."""
+
+WIDTHS = 2.0
+"""Scale of the kernel that starts settle under, in medians of the absolute distance."""
+
+
+STEPS = 60
+LIMITED_STEPS = 500
+"""Steps after which refinement ends. Limits that the points contradict leave residuals far beyond the scale
+of a kernel, where steps gain little each."""
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A refined primitive, its cost  sum rho(d / scale), and whether the steps came to rest."""
+
+    primitive: Primitive
+    cost: float
+    converged: bool
+
+
+def refine(
+    primitive: Primitive,
+    points: Array,
+    kernel: Kernel = Kernel.LEAST_SQUARES,
+    scale: float = 1.0,
+    max_iterations: int | None = None,
+    factors: Array | None = None,
+    limits: Limits | None = None,
+) -> Refined:
+    """The primitive that minimises  sum rho(d / scale)  near the given one.
+
+    Parameters
+    ----------
+    primitive : where to start, in the frame of the points
+    points : (N, 3) in a frame centred near the origin, extent near 1
+    kernel : plain least squares by default
+    scale : residual of one unit, in the unit of the points
+    max_iterations : steps that lower the cost; `STEPS` by default, `LIMITED_STEPS` within limits
+    factors : (N,) what each distance d is multiplied by
+    limits : within which to stay, and where the primitive lies already
+    """
+    kind, points = primitive.kind, np.ascontiguousarray(points)
+    if max_iterations is None:
+        max_iterations = STEPS if limits is None else LIMITED_STEPS
+    row, cost, converged = _descent.refine(
+        CODES[kind], primitive.row(), points, kernel, scale, max_iterations, factors, _numbers(limits)
+    )
+    return Refined(PRIMITIVES[kind].from_row(row), cost, converged)
+
+
+def linearize(primitive: Primitive, points: Array) -> tuple[Array, Array]:
+    """Signed distances (N,) and their derivatives (N, dof) by a step in minimal coordinates.
+
+    The coordinates turn an axis or a normal about the point of the axis or plane that lies closest to the
+    origin (a torus about its centre), so the points should be centred there. `fitting.solver._descent` names
+    them and has the formulas.
+    """
+    return _descent.derivatives(CODES[primitive.kind], primitive.row(), np.ascontiguousarray(points))
+
+
+def linearize_along(reference: Primitive, primitive: Primitive, points: Array) -> tuple[Array, Array]:
+    """`linearize` with tilts and shifts along the basis of a nearby reference of the same kind.
+
+    The basis of an axis jumps where the axis crosses the plane z = 0; this one does not.
+    """
+    distance, jacobian = linearize(primitive, points)
+    if primitive.kind != "sphere":
+        theirs, ours = (np.array(basis(surface.row()[:3])) for surface in (reference, primitive))
+        turn = ours @ theirs.T
+        jacobian[:, :2] = jacobian[:, :2] @ turn
+        if primitive.kind != "plane":
+            jacobian[:, 2:4] = jacobian[:, 2:4] @ turn
+    return distance, jacobian
+
+
+def stepped(primitive: Primitive, step: Array) -> Primitive:
+    """The surface after a step of shape (dof,) in the coordinates of `linearize`."""
+    kind = primitive.kind
+    return PRIMITIVES[kind].from_row(
+        _descent.stepped(CODES[kind], primitive.row(), np.asarray(step, np.float64))
+    )
+
+
+def settle(
+    kind: str, starts: Array, points: Array, smallest: float, steps: int, limits: Limits | None = None
+) -> tuple[Array, Array]:
+    """Rows (K, 9) after some robust steps each from the starts (K, 9), and their distances (K, N).
+
+    For each step the scale of a Geman-McClure kernel is twice the median distance, but at least `smallest`.
+    Rows that cannot be stepped from stay as they are.
+    """
+    return _descent.settle(CODES[kind], starts, points, smallest, WIDTHS, steps, _numbers(limits))
+
+
+def _numbers(limits: Limits | None) -> Array | None:
+    return None if limits is None else limits.numbers
+
+
+def compete(
+    kind: str, starts: Array, points: Array, smallest: float, resolved: float, stages: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """The row (9,) that the best of the starts (K, 9) leads to, and its distances (N,).
+
+    A row of `stages` is (points, steps, kept): all that are left take so many robust steps, as in `settle`,
+    on so many points evenly spread over their order, and those with the least mean logarithm of the distance
+    plus `resolved` go on.
+    """
+    return _descent.compete(CODES[kind], starts, points, smallest, WIDTHS, resolved, stages)

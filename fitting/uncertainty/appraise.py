@@ -1,0 +1,90 @@
+"""How well an answer is known: from its optimum to a covariance, intervals and warnings."""
+
+from collections.abc import Mapping
+
+from ..cloud.cloud import Cloud
+from ..primitives import Primitive
+from ..primitives.chart import SIZES, names_of, values_of
+from ..request.config import EXTREME
+from ..request.constraints import Constraints
+from ..verdict.evidence import Evidence
+from .arcs import arcs_of
+from .covariance import Linear, StepCovariance
+from .intervals import Profiles, direction_of, intervals_of, position_of
+from .optimum import Optimum
+from .values import CorrelatedNoise, Interval, Spread, Uncertainty
+from .warnings import Findings, warnings_of
+
+
+def uncertainty_of(
+    primitive: Primitive,
+    answer: Primitive,
+    evidence: Evidence,
+    cloud: Cloud,
+    criterion: str,
+    constraints: Constraints,
+) -> Uncertainty | None:
+    """How well an answer is known; None under a criterion of extreme points, which has no such theory.
+
+    Parameters
+    ----------
+    primitive, answer : the surface in the frame of the cloud, and as answered
+    evidence : about the robust fit of the same kind
+    """
+    if criterion in EXTREME:
+        return None
+    optimum = Optimum.of(primitive, evidence, cloud, criterion, constraints)
+    linear, names = optimum.linear(), names_of(answer.kind)
+    steps = optimum.covariance(linear)
+    if steps is None:
+        warnings = warnings_of(_findings(optimum, linear))
+        return Uncertainty("unknown", None, names, None, {}, None, None, warnings)
+    by_step, quantile = optimum.by_step(), optimum.quantile(steps)
+    covariance = by_step @ steps.matrix @ by_step.T
+    profiles = Profiles.of(optimum, steps, linear.feet)
+    intervals = intervals_of(optimum, steps, names, values_of(answer), covariance, profiles)
+    direction = direction_of(optimum, steps, quantile, profiles)
+    correlation = _correlation(steps, cloud.frame.scale)
+    return Uncertainty(
+        noise_model="exact" if optimum.exact else "independent" if correlation is None else "correlated",
+        correlation=correlation,
+        parameters=names,
+        covariance=covariance,
+        intervals=intervals,
+        direction=direction,
+        position=position_of(answer, names, covariance, quantile),
+        warnings=warnings_of(_findings(optimum, linear, answer, intervals, direction, correlation)),
+    )
+
+
+def _correlation(steps: StepCovariance, scale: float) -> CorrelatedNoise | None:
+    found = steps.correlation
+    if found is None:
+        return None
+    return CorrelatedNoise(scale * found.length, found.share, found.power, steps.effective_points)
+
+
+def _findings(
+    optimum: Optimum,
+    linear: Linear,
+    answer: Primitive | None = None,
+    intervals: Mapping[str, Interval] | None = None,
+    direction: Spread | None = None,
+    correlation: CorrelatedNoise | None = None,
+) -> Findings:
+    return Findings(
+        kind=optimum.primitive.kind,
+        n_points=len(optimum.cloud.working),
+        dof=optimum.dof,
+        determined=answer is not None,
+        few=optimum.small,
+        arcs=arcs_of(optimum.primitive, linear.feet.compress(optimum.inlier, axis=0)),
+        sizes={
+            name: (float(getattr(answer, name)), (interval.low, interval.high))
+            for name, interval in (intervals or {}).items()
+            if name in SIZES and interval.method != "held"
+        },
+        axis_95=None if direction is None else direction.radius_95,
+        correlation_length=None if correlation is None else correlation.length,
+        effective_points=0.0 if correlation is None else correlation.effective_points,
+    )

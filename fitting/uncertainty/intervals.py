@@ -1,0 +1,232 @@
+"""95 % intervals of the numbers of an answer, and of its direction and position."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Self
+
+import numpy as np
+
+from ..geometry.vectors import Array, basis
+from ..primitives import Cone, Primitive
+from ..primitives.chart import DIRECTIONS, SIZES, derivative, names_of, values_of
+from .covariance import StepCovariance
+from .optimum import Optimum
+from .profile import Local, profile_end
+from .values import Interval, Spread
+from .warnings import MOST_TURNED
+
+CURVED = 0.05
+"""Half-width of the linearised interval of a radius or half-angle, as a share of its value, from which all
+numbers are profiled: a radius is one over a curvature, so the second-order term is as large a share of the
+first. The same for the tip of a cone along its axis, as a share of the height at which the points begin."""
+
+BEGIN = 0.05
+"""Share of the points of a cone below where they begin."""
+
+HELD = 1e-9
+"""A standard deviation of this share of the largest one, both in the frame, is rounding: the number is
+held."""
+
+ONE_SIDED = 0.84
+"""Quantile of a one-sided 95 % interval over that of a two-sided one (1.645 / 1.960)."""
+
+RATIOS = np.linspace(0.0, 1.0, 11)
+CIRCLES = (1.9600, 1.9625, 1.9704, 1.9842, 2.0051, 2.0359, 2.0813, 2.1460, 2.2303, 2.3318, 2.4477)
+"""Radii of the circles that hold 95 % of a normal law in two dimensions, in its larger standard deviation, by
+the smaller over the larger one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A surface with the model of the cost there and its numbers (P,), in the frame of the steps."""
+
+    surface: Primitive
+    local: Local
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Profiles:
+    """Ends of the profiles of numbers of an optimum, each looked for from the farthest surface seen so far.
+
+    The cost there has risen by  1/2 (q s)^2 / (A^-1)_gg  for a number g, which is what noise that is
+    correlated, uneven or cut off by a kernel makes of half a squared quantile q.
+    """
+
+    optimum: Optimum
+    steps: StepCovariance
+    quantile: float
+    seen: list[Seen]
+
+    @classmethod
+    def of(cls, optimum: Optimum, steps: StepCovariance, feet: Array) -> Self | None:
+        """None where linearised intervals are near enough; `feet` (N, 3) of the points on the surface."""
+        quantile = optimum.quantile(steps)
+        if optimum.exact or not _is_curved(optimum, steps, quantile, feet):
+            return None
+        profiles = cls(optimum, steps, quantile, [])
+        profiles.seen.append(profiles._look_at(optimum.primitive, optimum.cost.near(optimum.primitive)))
+        profiles._look_around()
+        return profiles
+
+    def _look_around(self) -> None:
+        """Ends of the sizes, and of positions along their least certain directions."""
+        names = names_of(self.optimum.primitive.kind)
+        by_step = derivative(self.optimum.primitive, self.optimum.center)
+        covariance = by_step @ self.steps.matrix @ by_step.T
+        for vector in dict.fromkeys(name.split(".")[0] for name in names):
+            places = [i for i, name in enumerate(names) if name.split(".")[0] == vector]
+            if vector not in DIRECTIONS and covariance[places, places].max() > 0.0:
+                weights = np.zeros(len(names))
+                weights[places] = np.linalg.eigh(covariance[np.ix_(places, places)])[1][:, -1]
+                self.ends(weights)
+
+    def ends(self, weights: Array) -> list[Primitive | None]:
+        """Where a sum of the numbers with these weights (P,) is least, and largest; None for an open end."""
+        row = self._gradient(weights, self.optimum.primitive)
+        variance, bread = float(row @ self.steps.matrix @ row), float(row @ self.steps.bread @ row)
+        cost, least = self.optimum.cost, self.seen[0].local.cost
+        noise = max(variance / bread, self.steps.noise**2) / self.optimum.copies
+        most = least + 0.5 * self.quantile**2 * noise / cost.scale**2
+        found: list[Primitive | None] = []
+        for signed in (-weights, weights):
+            start = max(self.seen, key=partial(_value, signed))
+            half = self.quantile * float(np.sqrt(variance))
+            gradient = partial(self._gradient, signed)
+            end = profile_end(cost, start.surface, start.local, gradient, half, least, most)
+            # A number that has passed infinity has no end either.
+            if end is None or _value(signed, there := self._look_at(*end)) < _value(signed, self.seen[0]):
+                found.append(None)
+                continue
+            self.seen.append(there)
+            found.append(max(there, start, key=partial(_value, signed)).surface)
+        return found
+
+    def _look_at(self, surface: Primitive, local: Local) -> Seen:
+        return Seen(surface, local, values_of(surface.canonical(self.optimum.center)))
+
+    def _gradient(self, weights: Array, surface: Primitive) -> Array:
+        return weights @ derivative(surface, self.optimum.center)
+
+
+def _value(weights: Array, seen: Seen) -> float:
+    return float(weights @ seen.values)
+
+
+def _is_curved(optimum: Optimum, steps: StepCovariance, quantile: float, feet: Array) -> bool:
+    """Whether the second-order term of a number matters."""
+    names, surface = names_of(optimum.primitive.kind), optimum.primitive
+    by_step, values = derivative(surface, optimum.center), values_of(surface)
+    half = quantile * np.sqrt(np.maximum(np.sum((by_step @ steps.matrix) * by_step, axis=1), 0.0))
+    if any(half[i] > CURVED * values[i] for i, name in enumerate(names) if name in SIZES):
+        return True
+    if not isinstance(surface, Cone):
+        return False
+    along = surface.axis @ by_step[[names.index(f"apex.{letter}") for letter in "xyz"]]
+    begin = np.quantile(np.abs((feet - surface.apex) @ surface.axis), BEGIN)
+    return bool(quantile * np.sqrt(along @ steps.matrix @ along) > CURVED * begin)
+
+
+def intervals_of(
+    optimum: Optimum,
+    steps: StepCovariance,
+    names: tuple[str, ...],
+    values: Array,
+    covariance: Array,
+    profiles: Profiles | None,
+) -> dict[str, Interval]:
+    """By name, of all numbers but the components of a direction."""
+    quantile = optimum.quantile(steps)
+    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    in_frame = deviations / optimum.units
+    held = in_frame <= HELD * in_frame.max()
+    found = {}
+    for i, name in enumerate(names):
+        if name.split(".")[0] in DIRECTIONS:
+            continue
+        value, deviation = float(values[i]), float(deviations[i])
+        if held[i]:
+            found[name] = Interval(value, value, 0.0, "held")
+        elif profiles is None:
+            reach = quantile * deviation
+            found[name] = Interval(value - reach, value + reach, deviation, "linear")
+        else:
+            ends = profiles.ends(np.eye(len(names))[i])
+            low, high = (None if end is None else float(optimum.numbers(end)[i]) for end in ends)
+            found[name] = Interval(low, high, deviation, "profile")
+    return found | _at_bounds(optimum, names, values, quantile)
+
+
+def _at_bounds(
+    optimum: Optimum, names: tuple[str, ...], values: Array, quantile: float
+) -> dict[str, Interval]:
+    """One-sided intervals of the sizes that stand at a bound, from what they would vary by without it."""
+    found: dict[str, Interval] = {}
+    if optimum.limits is None:
+        return found
+    for name, (fixed, upper) in optimum.limits.active(optimum.primitive.row()).items():
+        steps = None if fixed else optimum.released(name)
+        if steps is None:
+            continue
+        place = names.index(name)
+        row, value = optimum.by_step()[place], float(values[place])
+        deviation = float(np.sqrt(row @ steps.matrix @ row))
+        reach = ONE_SIDED * quantile * deviation
+        ends = (max(value - reach, 0.0), value) if upper else (value, value + reach)
+        found[name] = Interval(*ends, deviation, "bound")
+    return found
+
+
+def direction_of(
+    optimum: Optimum, steps: StepCovariance, quantile: float, profiles: Profiles | None
+) -> Spread | None:
+    """Of the axis or normal, which has no sign and is a right angle off at most; a sphere has none."""
+    if optimum.primitive.kind == "sphere":
+        return None
+    found = spread(steps.matrix[:2, :2], quantile)
+    if profiles is not None and found.standard_deviations[0] > 0.0:
+        found = _widened(found, optimum, steps, quantile, profiles)
+    return replace(found, radius_95=min(found.radius_95, MOST_TURNED))
+
+
+def _widened(
+    found: Spread, optimum: Optimum, steps: StepCovariance, quantile: float, profiles: Profiles
+) -> Spread:
+    """The spread of a direction, wider by as much as its profile along its larger principal direction.
+
+    One open end tells nothing: a cone that may be a cylinder turns on beyond it, with its apex at the other
+    side.
+    """
+    kind = optimum.primitive.kind
+    names = names_of(kind)
+    first = next(i for i, name in enumerate(names) if name.split(".")[0] in DIRECTIONS)
+    direction = optimum.primitive.row()[:3]
+    weights = np.zeros(len(names))
+    weights[first : first + 3] = np.linalg.eigh(steps.matrix[:2, :2])[1][:, -1] @ np.array(basis(direction))
+    if not any(profiles.ends(weights)):
+        return replace(found, radius_95=MOST_TURNED)
+    seen = np.array([each.surface.row()[:3] for each in profiles.seen])
+    angle = float(np.arccos(np.minimum(np.abs(seen @ direction), 1.0)).max())
+    wider = max(1.0, angle / (quantile * found.standard_deviations[0]))
+    return replace(found, radius_95=wider * found.radius_95)
+
+
+def position_of(
+    answer: Primitive, names: tuple[str, ...], covariance: Array, quantile: float
+) -> Spread | None:
+    """Of the axis of a cylinder, or of a plane, across it at its `point`."""
+    if answer.kind not in ("cylinder", "plane"):
+        return None
+    first = names.index("point.x")
+    of_point = covariance[first : first + 3, first : first + 3]
+    along = answer.axis if answer.kind == "cylinder" else answer.normal  # type: ignore[attr-defined]
+    across = np.array(basis(along)) if answer.kind == "cylinder" else along[None]
+    return spread(across @ of_point @ across.T, quantile)
+
+
+def spread(covariance: Array, quantile: float) -> Spread:
+    """Of an offset with a covariance (1, 1) or (2, 2)."""
+    deviations = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[::-1], 0.0))
+    ratio = deviations[1] / deviations[0] if len(deviations) == 2 and deviations[0] > 0.0 else 0.0
+    circle = float(np.interp(ratio, RATIOS, CIRCLES)) / CIRCLES[0]
+    return Spread(quantile * circle * float(deviations[0]), tuple(deviations.tolist()))

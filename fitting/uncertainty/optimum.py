@@ -1,0 +1,158 @@
+"""An answer as the optimum that it is: which points it minimises what over, and which steps are free."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from scipy.special import ndtri, stdtrit
+
+from ..cloud.cloud import WORKING_POINTS, Cloud
+from ..geometry.vectors import Array
+from ..noise.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
+from ..noise.rounding import ROUNDING_NOISE
+from ..noise.scale import core_scale, is_normal
+from ..primitives import Primitive
+from ..primitives.chart import derivative, is_length, names_of, values_of
+from ..request.constraints import Constraints
+from ..solver.limits import Limits, dof_within, moved
+from ..solver.refine import linearize
+from ..verdict.evidence import Evidence
+from .agreement import Agreement
+from .covariance import Linear, StepCovariance
+from .mixture import UPPER
+from .profile import Cost
+
+UNEVEN = 200
+"""Points from which noise that differs from point to point, or agrees between neighbours, can be told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """A surface in the frame of its steps, whose origin is that of the cloud or a fixed position.
+
+    Attributes
+    ----------
+    primitive : in its canonical sign
+    cloud, limits : as it was fitted
+    cost : what it minimises, over working points or the exact ones among them
+    inlier : mask of those points that were not rejected
+    exact : the points lie on it within their rounding
+    agreement : of the noise of its points, None where it was not looked for
+    full : the linearised cost in all directions
+    """
+
+    primitive: Primitive
+    cloud: Cloud
+    limits: Limits | None
+    cost: Cost
+    inlier: np.ndarray
+    exact: bool
+    agreement: Agreement | None
+    full: Linear
+
+    @classmethod
+    def of(
+        cls, primitive: Primitive, evidence: Evidence, cloud: Cloud, criterion: str, constraints: Constraints
+    ) -> Self:
+        """From the surface (in the frame of the cloud) and the evidence about the robust fit of its kind."""
+        limits = Limits.of(constraints, primitive.kind, cloud.frame)
+        primitive, points = primitive.canonical(np.zeros(3)), cloud.working
+        if limits is not None:
+            primitive, points = moved(primitive, -limits.pivot), points - limits.pivot
+        exact = bool(evidence.exact.all() or (criterion == "robust" and evidence.exact.any()))
+        factors, inlier = cloud.working_factors, evidence.inlier
+        if exact:
+            factors = None if factors is None else factors[evidence.exact]
+            points, inlier = points[evidence.exact], inlier[evidence.exact]
+        distance, jacobian = linearize(primitive, points)
+        kernel, scale = Kernel.LEAST_SQUARES, 1.0
+        if not exact and not cloud.is_small(dof_within(primitive.kind, limits)):
+            kernel, scale = _kernel(criterion, distance if factors is None else factors * distance, cloud)
+        cost = Cost(points, kernel, scale, factors, limits)
+        n = len(cloud.points)
+        copies = n / len(cloud.working) if n > WORKING_POINTS and not exact else 1.0
+        linear = Linear.of(primitive, cost, distance, jacobian, copies)
+        agreement = None if exact else _agreement(evidence, cloud)
+        return cls(primitive, cloud, limits, cost, inlier, exact, agreement, linear)
+
+    @property
+    def small(self) -> bool:
+        return self.cloud.is_small(dof_within(self.primitive.kind, self.limits))
+
+    @property
+    def copies(self) -> float:
+        """How many points each of those that are looked at stands for."""
+        return self.full.copies
+
+    @property
+    def dof(self) -> int:
+        return self.linear().rows.shape[1]
+
+    def linear(self) -> Linear:
+        return self._linear(self.limits)
+
+    def covariance(self, linear: Linear) -> StepCovariance | None:
+        """Of a step: of the rounding, of noise that is the same everywhere where points are few, else of
+        uneven noise. None where nothing is left to estimate the noise from."""
+        if len(self.cloud.working) <= linear.rows.shape[1]:
+            return None
+        if self.exact:
+            return linear.known(ROUNDING_NOISE * self.cloud.tolerance)
+        few = len(self.cost.points) < UNEVEN
+        return linear.equal(self.inlier) if few else linear.uneven(self.agreement)
+
+    def released(self, name: str) -> StepCovariance | None:
+        """The same if the number of this name were free."""
+        return None if self.limits is None else self.covariance(self._linear(self.limits.releasing(name)))
+
+    def quantile(self, steps: StepCovariance) -> float:
+        """Half of a 95 % interval in standard deviations: Student's t, as the noise is estimated."""
+        return float(ndtri(UPPER) if self.exact else stdtrit(max(steps.estimates - self.dof, 1.0), UPPER))
+
+    @property
+    def units(self) -> Array:
+        """What the numbers (P,) of the answer are measured in, over their units in the frame."""
+        names = names_of(self.primitive.kind)
+        return np.where([is_length(name) for name in names], self.cloud.frame.scale, 1.0)
+
+    def by_step(self) -> Array:
+        """Derivatives (P, dof) of the numbers of the answer, in input units, by a step."""
+        return self.units[:, None] * derivative(self.primitive, self.center)
+
+    @property
+    def center(self) -> Array:
+        """(3,) where the cloud has its origin, in the frame of the steps."""
+        return np.zeros(3) if self.limits is None else -self.limits.pivot
+
+    def numbers(self, primitive: Primitive) -> Array:
+        """The numbers (P,), in input units, of a surface in the frame of the steps."""
+        inside = primitive if self.limits is None else moved(primitive, self.limits.pivot)
+        return values_of(self.cloud.frame.restore(inside.canonical(np.zeros(3))))
+
+    def _linear(self, limits: Limits | None) -> Linear:
+        if limits is None:
+            return self.full
+        return self.full.within(limits.free_steps(self.primitive.row(), self.primitive.dof))
+
+
+def _agreement(evidence: Evidence, cloud: Cloud) -> Agreement | None:
+    """Of the distances of the inliers; their variance is that of normal noise."""
+    if evidence.explained is None:
+        return None
+    left = evidence.distance[evidence.inlier]
+    variance = float(left @ left) / max(len(left) - evidence.free, 1)
+    return Agreement.of(evidence.explained, cloud.patch, evidence.inlier, cloud.extent, variance)
+
+
+def _kernel(criterion: str, residual: Array, cloud: Cloud) -> tuple[Kernel, float]:
+    """The kernel and scale of a criterion at the end; see `fitting.search`."""
+    absolute = np.abs(residual)
+    if criterion == "robust":
+        scale = max(core_scale(absolute), cloud.tolerance)
+        return (Kernel.LEAST_SQUARES if is_normal(residual, CUTOFF * scale) else Kernel.TUKEY), scale
+    scale = max(1.4826 * float(np.median(absolute)), cloud.tolerance)
+    if criterion == "huber":
+        return Kernel.HUBER, HUBER_95 * scale
+    if criterion == "tukey":
+        return Kernel.TUKEY, TUKEY_95 / CUTOFF * scale
+    return Kernel.LEAST_SQUARES, 1.0

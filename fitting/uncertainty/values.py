@@ -1,0 +1,84 @@
+"""How well the numbers of an answer are known, as values; `fitting.uncertainty.appraise` makes them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ..geometry.vectors import Array
+from .warnings import Warning
+
+NoiseModelName = Literal["exact", "independent", "correlated", "unknown"]
+Method = Literal["linear", "profile", "held", "bound"]
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Of 95 %, for one number; an end is None where the points do not bound it.
+
+    Attributes
+    ----------
+    standard_deviation : by linearisation
+    method : `linear`: symmetric; `profile`: how far a number may go before the cost rises as much, the others
+        following; `held`: by constraints; `bound`: a constraint is active, and the interval reaches from it
+        as far as the points would let it go (one-sided)
+    """
+
+    low: float | None
+    high: float | None
+    standard_deviation: float
+    method: Method
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Of a direction [rad], or of a position across it [length].
+
+    Attributes
+    ----------
+    radius_95 : how far off it is at most in 95 of 100 cases; a direction has no sign, so pi / 2 at most
+    standard_deviations : in its two principal directions, the larger first; a plane's position has one
+    """
+
+    radius_95: float
+    standard_deviations: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class CorrelatedNoise:
+    """Noise that neighbours share: the correlation is `share` times  exp(-(h / length)^power)  at distance h.
+
+    `effective_points` is how many points with independent noise would tell as much.
+    """
+
+    length: float
+    share: float
+    power: int
+    effective_points: float
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """How well an answer is known, in input units and radians.
+
+    Attributes
+    ----------
+    noise_model : `exact`: the rounding of the coordinates is all there is; else the noise is taken for
+        `independent` or `correlated`; `unknown` where no points are left to estimate it from
+    correlation : None unless the noise is correlated
+    parameters : names of the numbers, vectors by component
+    covariance : (P, P) of those; singular, as a direction has length 1 and a `point` is the one closest to
+        the centroid. None where the noise is unknown
+    intervals : of numbers and coordinates, by name; a direction has `direction` instead
+    direction : of the axis or normal
+    position : of the axis of a cylinder, or of a plane, across it at its `point`
+    warnings : in words
+    """
+
+    noise_model: NoiseModelName
+    correlation: CorrelatedNoise | None
+    parameters: tuple[str, ...]
+    covariance: Array | None = field(repr=False)
+    intervals: Mapping[str, Interval]
+    direction: Spread | None
+    position: Spread | None
+    warnings: tuple[Warning, ...]

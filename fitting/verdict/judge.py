@@ -1,0 +1,354 @@
+"""The comparison: which kind, which others as well, or none of these."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ..cloud.cloud import Cloud
+from ..geometry.vectors import Array
+from ..noise.fields import PRIOR, Explanations
+from ..primitives import KINDS, PRIMITIVES
+from .evidence import Evidence
+
+Status = Literal["fitted", "ambiguous", "no_fit"]
+
+DECIDED = 3.0
+"""Log-odds from which a kind is told from another, 20 to 1: Kass and Raftery, "Bayes factors", JASA 90, 1995,
+section 3.2, "strong"."""
+
+MISTAKEN = 0.1
+"""Share of clouds that a ranking knows nothing of: there the kinds are as likely as each other."""
+
+FORM = 2e-3
+"""A smooth deviation is one of sensor or part, and no other shape, where it is no larger than the noise, or
+than this share of the extent: 0.2 mm on a hand's breadth, flatness K of ISO 2768-2, the usual one."""
+
+SCATTER = 0.03
+"""Noise beyond this share of the extent is a volume rather than a surface."""
+
+PART = 0.22
+"""Share of the points up to which some may be of another surface: segments take along a fifth of what is
+beside them. Beyond it rejected ones on a surface of their own are a second segment; those near a surface are
+more, and so are exact ones beside a volume."""
+
+EQUAL_SHARES = 0.1
+"""Exact shares that differ by less than this, relatively, are equal."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of every kind: `max_error` as in `Config`, `tolerance` [length in the frame] or 0,
+    whether one kind is allowed `only`, and whether the criterion `counts_all` points."""
+
+    max_error: float | None
+    tolerance: float
+    only: bool
+    counts_all: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Claim:
+    """A kind's claim on a cloud.
+
+    Attributes
+    ----------
+    evidence : what its best surface leaves over
+    prior : logarithm of its probability before that
+    refusal : why it can't be, whatever the others are, or nothing
+    settled : it is accepted as it is; only simpler kinds that it nearly is are asked
+    odds : logarithm of its probability, up to a constant that all kinds share
+    foreign : the same of another shape near its surface
+    words : about the points and its surface, in input units
+    """
+
+    evidence: Evidence
+    prior: float
+    refusal: str
+    settled: bool
+    odds: float
+    foreign: float
+    words: str
+
+    @property
+    def kind(self) -> str:
+        return self.evidence.primitive.kind
+
+    @property
+    def dof(self) -> int:
+        return self.evidence.primitive.dof
+
+    @property
+    def standing(self) -> float:
+        """How good an explanation it is, of whatever there is."""
+        return max(self.odds, self.foreign)
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What the cloud is: the best claim, the others that are as good, and the sentence that says why."""
+
+    status: Status
+    best: Claim
+    rivals: tuple[Claim, ...]
+    reason: str
+
+
+def prior_of(probability: float | None) -> float:
+    """Logarithm of a kind's probability before its evidence, from that of the ranking."""
+    if probability is None:
+        return -float(np.log(len(KINDS)))
+    return float(np.log((1.0 - MISTAKEN) * probability + MISTAKEN / len(KINDS)))
+
+
+def bearable(explained: Explanations, evidence: Evidence, extent: float, tolerance: float) -> np.ndarray:
+    """Mask (T,) of explanations by which the cloud is of this kind, and no other shape.
+
+    Within patches rough noise may be hidden, too, of the size of the white one. A surface that has few points
+    to hug must scatter less, by twice its parameters, down to half as much.
+    """
+    form = max(FORM * extent, tolerance)
+    seen = explained.smooth <= np.maximum(explained.white, form)
+    hidden = explained.hidden <= np.maximum(2.0 * explained.white, form)
+    most = SCATTER * extent * max(1.0 - 2.0 * evidence.free / len(evidence.distance), 0.5)
+    return np.asarray(seen & hidden & (evidence.noise_scale <= most))
+
+
+def claim(
+    evidence: Evidence, cloud: Cloud, probability: float | None, mean_error: float, question: Question
+) -> Claim:
+    """Of a fitted kind with this probability in the ranking, or None without one.
+
+    `mean_error` is the mean distance of all points from the answer, over the diagonal: what `max_error` is
+    held against where every point counts.
+    """
+    prior, odds, foreign = prior_of(probability), 0.0, -np.inf
+    if evidence.explained is not None:
+        mask = bearable(evidence.explained, evidence, cloud.extent, question.tolerance)
+        odds = evidence.explained.among(mask)
+        foreign = evidence.explained.among(~mask) + evidence.beside + prior_of(0.0)
+    odds += evidence.beside + prior
+    refusal = _too_few(evidence, len(cloud.working), question.only)
+    if not refusal and (refusal := _several(evidence, len(cloud.working))):
+        foreign = max(foreign, odds)
+    settled = evidence.exact_share > 0.5 and not evidence.on_curves
+    found = Claim(evidence, prior, refusal, settled, odds, foreign, _words(evidence, cloud))
+    if question.max_error is not None:
+        mean = mean_error if question.counts_all else evidence.mean_inlier_distance / cloud.diagonal
+        return _by_threshold(found, mean, question.max_error, question.counts_all)
+    if question.only and question.counts_all:
+        return _as_told(found, cloud, question.tolerance)
+    scattered = evidence.noise_scale > 2.0 * SCATTER * cloud.extent
+    if 0.0 < evidence.exact_share <= PART and scattered and not refusal:
+        return replace(found, refusal=f"{found.words}, which is no surface")
+    return found
+
+
+def _by_threshold(found: Claim, mean: float, max_error: float, counts_all: bool) -> Claim:
+    """The claim as the caller's threshold has it: within it nothing else is asked."""
+    within = mean <= max_error
+    relation = "is within" if within else "exceeds"
+    words = f"mean error {mean:.2e} of the diagonal {relation} max_error {max_error:.2e}"
+    refusal = ("" if counts_all else found.refusal) or ("" if within else words)
+    return replace(found, refusal=refusal, settled=within, foreign=-np.inf, words=words)
+
+
+def _as_told(found: Claim, cloud: Cloud, tolerance: float) -> Claim:
+    """The claim of the only kind allowed, by every point: however it fits, the caller knows what it is."""
+    words = found.words
+    if found.refusal or found.foreign > found.odds:
+        why = found.refusal or _off(found.evidence.explained, found.evidence, cloud, tolerance)
+        words = f"the only kind allowed, though {why}"
+    return replace(found, refusal="", settled=True, foreign=-np.inf, words=words)
+
+
+def _too_few(evidence: Evidence, n_points: int, only: bool) -> str:
+    """Why the points are too few to tell, or nothing."""
+    if only:
+        return ""
+    if n_points == evidence.free:
+        return f"{n_points} points determine it exactly and leave none to check it with"
+    if not evidence.exact.any() and n_points < 2 * evidence.free:
+        return f"{n_points} points that do not lie on it are too few to check it with"
+    return ""
+
+
+def _several(evidence: Evidence, n_points: int) -> str:
+    """Why the cloud is more than this surface, or nothing."""
+    kind, share = evidence.primitive.kind, evidence.inlier_share
+    least = min(PART + evidence.free / n_points, 1.0)
+    if share < least:
+        return f"only {share:.0%} of the points are near the {kind} (at least {least:.0%})"
+    second = evidence.second_surface
+    if second > PART:
+        far = f"{second:.0%} of the points are far from the {kind} and form a surface of their own"
+        return f"{far} (at most {PART:.0%})"
+    return ""
+
+
+def _words(evidence: Evidence, cloud: Cloud) -> str:
+    """What the points are like about the surface, in input units."""
+    unit, kind = cloud.frame.scale, evidence.primitive.kind
+    if evidence.exact.all():
+        return "every point lies on it within the rounding of the coordinates"
+    scatter = f"scatter by {unit * evidence.noise_scale:.3g} about the {kind}"
+    if evidence.exact.any():
+        return f"{evidence.exact_share:.0%} of the points lie on it exactly; the others {scatter}"
+    if evidence.explained is None:
+        return f"the points {scatter}"
+    best, explained = evidence.explained.likeliest, evidence.explained
+    rough, smooth = unit * explained.rough[best], unit * explained.smooth[best]
+    said = [f"the points {scatter}"]
+    if rough > 0.0:
+        span = unit * cloud.extent * explained.rough_range[best]
+        said.append(f"neighbours share a deviation of {rough:.3g} over {span:.3g}")
+    if smooth > 0.0:
+        span, noise = unit * cloud.extent * explained.smooth_range[best], unit * explained.white[best]
+        said.append(
+            f"they deviate smoothly by {smooth:.3g} over {span:.3g}, {smooth / noise:.2g} times their noise"
+        )
+    if len(said) == 1:
+        said.append("and show no pattern")
+        return " ".join(said)
+    return ", ".join(said)
+
+
+def likelier(a: Claim, b: Claim) -> bool:
+    """Whether `a` is the better claim: more exact points, of equal shares the simpler kind; else its odds."""
+    one, other = a.evidence, b.evidence
+    if not (one.exact.any() or other.exact.any()):
+        return a.odds > b.odds
+    if abs(one.exact_share - other.exact_share) <= EQUAL_SHARES * max(one.exact_share, other.exact_share):
+        return a.dof < b.dof
+    if one.exact_share > other.exact_share:
+        return _moved_off(one, other)
+    return not _moved_off(other, one)
+
+
+def _moved_off(exact: Evidence, other: Evidence) -> bool:
+    """Whether the points beside the exact ones of a surface may have been moved off it.
+
+    Then they are not twice as near to another surface as to it, unless they are the smaller part and of
+    another. A ring of a spinning laser, whose noise is along the ray, lies exactly on a cone about the laser,
+    whatever it was seen on; every lattice has planes.
+    """
+    if exact.exact_share > 0.5:
+        return True
+    near, nearer = (np.median(np.abs(each.distance[~exact.exact])) for each in (exact, other))
+    return bool(near <= 2.0 * nearer)
+
+
+def best_of(claims: list[Claim]) -> Claim:
+    best = claims[0]
+    for each in claims[1:]:
+        if likelier(each, best):
+            best = each
+    return best
+
+
+def decide(claims: list[Claim], cloud: Cloud, tolerance: float) -> Decision:
+    """From at least one claim: the likeliest kind, those that are about as likely, or none of them."""
+    possible = [each for each in claims if not each.refusal]
+    if not possible:
+        best = max(claims, key=lambda each: each.standing)
+        return Decision("no_fit", best, (), best.refusal)
+    likeliest = best_of(possible)
+    foreign, why = _foreign(likeliest, claims, cloud, tolerance)
+    if foreign > likeliest.odds:
+        return Decision("no_fit", likeliest, (), why)
+    tells = tolerance and not likeliest.evidence.on_curves
+    same = [each for each in possible if tells and _agree(each, likeliest, cloud, tolerance)]
+    best = min(same, key=lambda each: each.dof, default=likeliest)
+    rivals = [
+        each
+        for each in sorted(possible, key=lambda each: -each.odds)
+        if each not in (likeliest, *same) and _as_likely(each, likeliest)
+    ]
+    return Decision("ambiguous" if rivals else "fitted", best, tuple(rivals), best.words)
+
+
+def _as_likely(other: Claim, best: Claim) -> bool:
+    """Whether a claim that is no better than the best one is not told from it.
+
+    Where points lie on curves, the surface that has the fewest parameters is no likelier for that.
+    """
+    one, two = best.evidence, other.evidence
+    if one.on_curves:
+        if one.exact.any():
+            return abs(one.exact_share - two.exact_share) <= EQUAL_SHARES * one.exact_share
+        return not two.exact.any() and one.noise.log_likelihood - two.noise.log_likelihood < DECIDED
+    return not (one.exact.any() or two.exact.any()) and best.odds - other.odds < DECIDED
+
+
+def _foreign(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: float) -> tuple[float, str]:
+    """How likely it is that none of the kinds is right, in the unit of the odds of the best claim, and why.
+
+    Beside what each kind's patches say of another shape near it, whether the points deviate smoothly from the
+    best kind as a function of one of its coordinates alone.
+    """
+    if best.settled or best.evidence.exact.any():
+        return -np.inf, ""
+    other = max(claims, key=lambda each: each.foreign)
+    found = [
+        (other.foreign, other.refusal or _off(other.evidence.explained, other.evidence, cloud, tolerance))
+    ]
+    for explained in best.evidence.along_its_own(cloud):
+        mask = bearable(explained, best.evidence, cloud.extent, tolerance)
+        odds = best.odds - best.prior + prior_of(0.0) + explained.among(~mask) - explained.among(mask)
+        found.append((odds, _off(explained, best.evidence, cloud, tolerance)))
+    return max(found)
+
+
+def _off(explained: Explanations | None, evidence: Evidence, cloud: Cloud, tolerance: float) -> str:
+    """What is wrong with a surface, by the likeliest explanation that its kind does not bear."""
+    if explained is None:
+        return _words(evidence, cloud)
+    kind, unit = evidence.primitive.kind, cloud.frame.scale
+    wrong = ~bearable(explained, evidence, cloud.extent, tolerance)
+    worst = int(np.argmax(np.where(wrong, explained.log_evidence, -np.inf)))
+    white, smooth, span = explained.white[worst], explained.smooth[worst], explained.smooth_range[worst]
+    if smooth > max(white, FORM * cloud.extent):
+        deviation = f"by {unit * smooth:.3g} over {unit * cloud.extent * span:.3g}"
+        return (
+            f"the shape is systematically off: the points deviate smoothly from the {kind} {deviation}, "
+            f"{smooth / white:.2g} times their noise"
+        )
+    if explained.hidden > 2.0 * white:
+        return f"the shape is systematically off: the points deviate from the {kind} within short distances"
+    return f"the points scatter by {unit * evidence.noise_scale:.3g} about the {kind}: that is no surface"
+
+
+def may_overtake(
+    kind: str, probability: float, best: Claim, cloud: Cloud, tolerance: float, apart: Callable[[str], float]
+) -> bool:
+    """Whether an untried kind might be as likely as the best claim, if it left over nothing but white noise.
+
+    Each parameter costs what it costs the best kind; a kind may always be as good as the best one, as the
+    points might lie on it exactly. What must be overtaken is another shape near the best kind where that is
+    likelier. A simpler kind must also come near the best surface, or its deviation would be that of another
+    shape: `apart` tells how far its nearest surface is from it.
+    """
+    if best.settled:
+        return False
+    if best.evidence.on_curves:
+        return True
+    known = prior_of(probability) - (best.prior if best.odds >= best.foreign else prior_of(0.0))
+    if best.evidence.exact.any():
+        return known > -DECIDED
+    explained, more = best.evidence.explained, PRIMITIVES[kind].dof - best.dof
+    limit = max(best.evidence.noise_scale, FORM * cloud.extent, tolerance)
+    if explained is not None and explained.unexplained is not None:
+        spread = PRIOR * cloud.extent * np.sqrt(np.count_nonzero(best.evidence.inlier))
+        cost = float(np.log(np.hypot(1.0, spread / explained.white[explained.likeliest])))
+        if max(explained.unexplained - more * cost, 0.0) + known <= -DECIDED:
+            return False
+    return more >= 0 or apart(kind) <= 2.0 * limit
+
+
+def _agree(one: Claim, other: Claim, cloud: Cloud, tolerance: float) -> bool:
+    """Whether two surfaces are within the tolerance of each other where the cloud is."""
+    surface = one.evidence.primitive
+    points: Array = cloud.working[cloud.sample[one.evidence.inlier[cloud.sample]]]
+    feet = points - surface.signed_distance(points)[:, None] * surface.gradient(points)
+    return bool(np.all(np.abs(other.evidence.primitive.signed_distance(feet)) <= tolerance))
