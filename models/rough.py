@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from primfit.fitting.geometry.axes import RevolutionAxis, Seen, revolution_axis
 from primfit.fitting.geometry.vectors import rows
 from primfit.fitting.primitives import KINDS, Cone, Cylinder, Sphere, Torus
-from primfit.fitting.solver.refine import compete
+from primfit.fitting.search.starts import compete
 
 Array = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..geometry.vectors import Array
-from ..solver import _descent
+from . import _halves
 
 PATCHES = 64
 """Of a cloud, at most: each is an eighth of it long, in which a sensor's noise has hardly changed."""
@@ -27,7 +27,7 @@ def patches_of(points: Array, most: int = PATCHES) -> np.ndarray:
     """
     if len(points) <= most:
         return np.arange(len(points))
-    return _descent.halves(np.ascontiguousarray(points), most.bit_length() - 1)
+    return _halves.halves(np.ascontiguousarray(points), most.bit_length() - 1)
 
 
 def strips_of(values: Array, most: int = PATCHES) -> np.ndarray:

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..solver import _descent
+from . import _linear
 from .vectors import Array, basis, cross, principal
 
 _GRID = np.array(
@@ -105,7 +105,7 @@ def robust_linear_solve(design: Array, target: Array, rounds: int = 4) -> Array:
 
     Reweighted by 1 / (1 + (residual / median)^2), so that a minority of outliers moves them little.
     """
-    return _descent.solve_linear(np.ascontiguousarray(design), np.ascontiguousarray(target), rounds)
+    return _linear.solve_linear(np.ascontiguousarray(design), np.ascontiguousarray(target), rounds)
 
 
 def circles(x: Array, y: Array, rounds: int = 4) -> tuple[Array, Array, Array]:
@@ -113,7 +113,7 @@ def circles(x: Array, y: Array, rounds: int = 4) -> tuple[Array, Array, Array]:
 
     Source: Kasa, "A circle fitting procedure and its error analysis", IEEE Trans. Instrum. Meas. 25, 1976.
     """
-    solution = _descent.solve_circles(np.ascontiguousarray(x), np.ascontiguousarray(y), rounds)
+    solution = _linear.solve_circles(np.ascontiguousarray(x), np.ascontiguousarray(y), rounds)
     center_x, center_y = solution[:, 0] / 2.0, solution[:, 1] / 2.0
     return center_x, center_y, np.sqrt(np.maximum(solution[:, 2] + center_x**2 + center_y**2, 1e-12))
 

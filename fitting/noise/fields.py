@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.vectors import TINY, Array
-from ..solver import _descent
+from . import _noise
 
 RATIO = float(np.sqrt(10.0))
 """Sizes and ranges of the fields are looked at so many times as large as each other: half a decade."""
@@ -275,9 +275,7 @@ def _weighed(
     """How well pairs of fields explain the residuals, and what they make of them."""
     n, dof = whitened.shape
     columns = np.column_stack([patched.mean, whitened])
-    halves, solved, root = _descent.solve_fields(
-        1.0 / patched.count, bells, fields.bell, fields.size, columns
-    )
+    halves, solved, root = _noise.solve_fields(1.0 / patched.count, bells, fields.bell, fields.size, columns)
     target, across = halves[:, :, :1], halves[:, :, 1:]
     normal = across.transpose(0, 2, 1) @ across
     damping = np.where(np.isinf(root), 1.0, EPS * np.trace(normal, axis1=1, axis2=2))

@@ -5,7 +5,7 @@ from enum import IntEnum
 import numpy as np
 
 from ..geometry.vectors import Array
-from ..solver import _descent
+from . import _noise
 
 CUTOFF = 6.0
 """Scales beyond which `TUKEY` is constant."""
@@ -16,7 +16,7 @@ efficiency of least squares under normal noise. Source: Holland and Welsch, Comm
 
 
 class Kernel(IntEnum):
-    """What refinement minimises is  sum rho(d / scale);  the numbers are those of `fitting.solver._descent`.
+    """What refinement minimises is  sum rho(d / scale);  the numbers are those of `noise/kernels.h`.
 
     `LEAST_SQUARES`: rho = x^2 / 2. `GEMAN_MCCLURE`: x^2 / 2 / (1 + x^2), redescending and never quite zero,
     the kernel of the annealed search. `TUKEY`: the biweight, rho = 6 (1 - (1 - x^2 / 36)^3), constant beyond
@@ -40,7 +40,7 @@ class Kernel(IntEnum):
 
     def rho_and_weight(self, squared: Array) -> tuple[Array, Array]:
         """Both, at the price of one."""
-        return _descent.costs(self, squared)
+        return _noise.costs(self, squared)
 
     def slope(self, squared: Array) -> Array:
         """rho''(x): what the pull of a residual grows by, 1 at 0 and negative where the kernel redescends."""

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.integrate import quad
 
 from ..geometry.vectors import Array
-from ..solver import _descent
+from . import _noise
 from .kernels import CUTOFF, Kernel
 from .rounding import ULPS
 
@@ -36,7 +36,7 @@ def core_scale(distance: Array) -> float:
     until the scale rests, corrected to be consistent for a normal distribution. It changes smoothly with the
     distances, so what is fitted at this scale does not depend on the way there.
     """
-    return _descent.core_scale(np.ascontiguousarray(distance), CORE, CORE_DEVIATION, SCALE_AT_REST)
+    return _noise.core_scale(np.ascontiguousarray(distance), CORE, CORE_DEVIATION, SCALE_AT_REST)
 
 
 def is_normal(distance: Array, largest: float) -> bool:

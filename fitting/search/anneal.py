@@ -9,9 +9,9 @@ from ..noise.exact import exact_points
 from ..noise.kernels import Kernel
 from ..noise.scale import CORE, CORE_DEVIATION
 from ..primitives import PRIMITIVES, Primitive
-from ..solver import _descent
 from ..solver.limits import Limits, dof_within
 from ..solver.refine import CODES
+from . import _search
 from .starts import distinct_starts
 from .view import View
 
@@ -62,9 +62,18 @@ def anneal(
     """
     dof = dof_within(kind, limits)
     need = max(2 * dof + 2, int(np.ceil(LOST * len(points))))
-    numbers = None if limits is None else limits.numbers
-    row, at_noise = _descent.anneal(
-        CODES[kind], row, points, tolerance, shrink, LOCKED, AT_NOISE, need, CORE, CORE_DEVIATION, numbers
+    row, at_noise = _search.anneal(
+        CODES[kind],
+        row,
+        points,
+        tolerance,
+        shrink,
+        LOCKED,
+        AT_NOISE,
+        need,
+        CORE,
+        CORE_DEVIATION,
+        limits and limits.bounds,
     )
     primitive = PRIMITIVES[kind].from_row(row)
     exact = exact_points(np.abs(primitive.signed_distance(points)), tolerance, dof)

@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..cloud.cloud import Cloud
 from ..geometry.vectors import Array
 from ..primitives import PRIMITIVES, Cylinder, Primitive, Torus
 from ..solver.limits import Limits
-from ..solver.refine import settle
+from ..solver.refine import CODES
+from . import _search
 from .view import View
 
 GUESS_POINTS = 160
@@ -19,6 +21,9 @@ RANKING_STEPS = 10
 
 BENT_CYLINDERS = 3
 """So many cylinders are bent for starts of tori."""
+
+WIDTHS = 2.0
+"""Scale of the kernel that starts settle under, in medians of the absolute distance."""
 
 SETTLED_STARTS = 24
 
@@ -99,3 +104,26 @@ def distance_to(kind: str, surface: Primitive, cloud: Cloud, rng: np.random.Gene
     if not len(distances):
         return np.inf
     return float(np.sqrt(np.min(np.mean(distances**2, axis=1))))
+
+
+def settle(
+    kind: str, starts: Array, points: Array, smallest: float, steps: int, limits: Limits | None = None
+) -> tuple[Array, Array]:
+    """Rows (K, 9) after some robust steps each from the starts (K, 9), and their distances (K, N).
+
+    For each step the scale of a Geman-McClure kernel is twice the median distance, but at least `smallest`.
+    Rows that cannot be stepped from stay as they are.
+    """
+    return _search.settle(CODES[kind], starts, points, smallest, WIDTHS, steps, limits and limits.bounds)
+
+
+def compete(
+    kind: str, starts: Array, points: Array, smallest: float, resolved: float, stages: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """The row (9,) that the best of the starts (K, 9) leads to, and its distances (N,).
+
+    A row of `stages` is (points, steps, kept): all that are left take so many robust steps, as in `settle`,
+    on so many points evenly spread over their order, and those with the least mean logarithm of the distance
+    plus `resolved` go on.
+    """
+    return _search.compete(CODES[kind], starts, points, smallest, WIDTHS, resolved, stages)

@@ -14,6 +14,7 @@ from ..geometry.axes import Seen, random_subsets, revolution_axis
 from ..geometry.vectors import TINY, Z_AXIS, Array, around_axis, basis, cross, foot_of_origin, rows, unit
 from ..primitives import PRIMITIVES, Cone, Cylinder, Primitive, Torus
 from ..request.constraints import Constraints, Direction, Range
+from ._limits import Bounds
 
 MOST_COORDINATES = 7
 
@@ -131,12 +132,15 @@ class Limits:
         return dof - self.free_steps(row, dof).shape[1]
 
     @property
-    def numbers(self) -> Array:
-        """All that the compiled steps need, (17,): frozen components, bounds, direction, largest angle."""
+    def bounds(self) -> Bounds:
+        """All that the compiled steps need."""
         bounded = self.reference is not None and self.max_angle > 0.0
-        reference = Z_AXIS if self.reference is None else self.reference
-        return np.concatenate(
-            [self.frozen, self.low, self.high, reference, [self.max_angle if bounded else np.inf]]
+        return Bounds(
+            frozen=self.frozen,
+            low=self.low,
+            high=self.high,
+            reference=Z_AXIS if self.reference is None else self.reference,
+            most_tilt=self.max_angle if bounded else np.inf,
         )
 
     def guesses(self, found: Array, points: Array, normals: Array, rng: np.random.Generator) -> Array:

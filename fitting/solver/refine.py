@@ -8,20 +8,15 @@ solve, and the search takes thousands of them a cloud.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..geometry.vectors import Array, basis
 from ..noise.kernels import Kernel
-from ..primitives import KINDS, PRIMITIVES, Primitive
+from ..primitives import PRIMITIVES, Primitive
 from . import _descent
 from .limits import Limits
 
-CODES = {kind: code for code, kind in enumerate(KINDS)}
-"""The numbers of the kinds in `fitting.solver._descent`."""
-
-WIDTHS = 2.0
-"""Scale of the kernel that starts settle under, in medians of the absolute distance."""
-
+CODES = {kind: code for code, kind in enumerate(_descent.NAMES)}
+"""The numbers of the kinds in the compiled loops."""
 
 STEPS = 60
 LIMITED_STEPS = 500
@@ -63,7 +58,7 @@ def refine(
     if max_iterations is None:
         max_iterations = STEPS if limits is None else LIMITED_STEPS
     row, cost, converged = _descent.refine(
-        CODES[kind], primitive.row(), points, kernel, scale, max_iterations, factors, _numbers(limits)
+        CODES[kind], primitive.row(), points, kernel, scale, max_iterations, factors, limits and limits.bounds
     )
     return Refined(PRIMITIVES[kind].from_row(row), cost, converged)
 
@@ -99,30 +94,3 @@ def stepped(primitive: Primitive, step: Array) -> Primitive:
     return PRIMITIVES[kind].from_row(
         _descent.stepped(CODES[kind], primitive.row(), np.asarray(step, np.float64))
     )
-
-
-def settle(
-    kind: str, starts: Array, points: Array, smallest: float, steps: int, limits: Limits | None = None
-) -> tuple[Array, Array]:
-    """Rows (K, 9) after some robust steps each from the starts (K, 9), and their distances (K, N).
-
-    For each step the scale of a Geman-McClure kernel is twice the median distance, but at least `smallest`.
-    Rows that cannot be stepped from stay as they are.
-    """
-    return _descent.settle(CODES[kind], starts, points, smallest, WIDTHS, steps, _numbers(limits))
-
-
-def _numbers(limits: Limits | None) -> Array | None:
-    return None if limits is None else limits.numbers
-
-
-def compete(
-    kind: str, starts: Array, points: Array, smallest: float, resolved: float, stages: NDArray[np.int64]
-) -> tuple[Array, Array]:
-    """The row (9,) that the best of the starts (K, 9) leads to, and its distances (N,).
-
-    A row of `stages` is (points, steps, kept): all that are left take so many robust steps, as in `settle`,
-    on so many points evenly spread over their order, and those with the least mean logarithm of the distance
-    plus `resolved` go on.
-    """
-    return _descent.compete(CODES[kind], starts, points, smallest, WIDTHS, resolved, stages)

@@ -20,7 +20,9 @@ def test_the_table_holds_rates_against_their_bars():
 
 
 def test_the_command_measures_every_recipe(capsys, monkeypatch):
-    monkeypatch.setattr("primfit.benchmark.drawing.rate", lambda name, seed, seconds: Rate(name, seed, 700, seconds))
+    monkeypatch.setattr(
+        "primfit.benchmark.drawing.rate", lambda name, seed, seconds: Rate(name, seed, 700, seconds)
+    )
     assert bench(["drawing", "--seed", "7", "--seconds", "2"]) == 0
     lines = capsys.readouterr().out.splitlines()[2:]
     assert [line.split("`")[1] for line in lines] == list(RECIPES) and set(BARS) <= set(RECIPES)

@@ -141,7 +141,9 @@ class _Dead:
     pid = 0
 
 
-@pytest.mark.parametrize("name", ["fitting/verdict/judge.py", "fitting/solver/_descent.pyx", "fitting/primitives/cone.h"])
+@pytest.mark.parametrize(
+    "name", ["fitting/verdict/judge.py", "fitting/solver/_descent.pyx", "fitting/primitives/cone.h"]
+)
 def test_versions_tell_one_state_of_the_code_from_another(name, tmp_path, monkeypatch):
     monkeypatch.setattr(sources, "ROOT", tmp_path)
     files = [tmp_path / "benchmark/methods/primfit.py", tmp_path / name]

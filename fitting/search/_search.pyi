@@ -1,0 +1,37 @@
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.vectors import Array
+from ..solver._limits import Bounds
+
+def settle(
+    kind: int,
+    rows: Array,
+    points: Array,
+    smallest: float,
+    widths: float,
+    steps: int,
+    limits: Bounds | None = None,
+) -> tuple[Array, Array]: ...
+def compete(
+    kind: int,
+    rows: Array,
+    points: Array,
+    smallest: float,
+    widths: float,
+    resolved: float,
+    stages: NDArray[np.int64],
+) -> tuple[Array, Array]: ...
+def anneal(
+    kind: int,
+    row: Array,
+    points: Array,
+    tolerance: float,
+    shrink: float,
+    locked: float,
+    at_noise: float,
+    need: int,
+    core: float,
+    deviation: float,
+    limits: Bounds | None = None,
+) -> tuple[Array, Array | None]: ...

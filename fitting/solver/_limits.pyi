@@ -1,0 +1,16 @@
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..geometry.vectors import Array
+
+class Bounds:
+    def __init__(
+        self,
+        *,
+        frozen: Sequence[bool] | np.ndarray,
+        low: Array,
+        high: Array,
+        reference: Array,
+        most_tilt: float,
+    ) -> None: ...
