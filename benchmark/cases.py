@@ -14,7 +14,8 @@ from typing import TypeVar
 import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import KINDS, Primitive
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import Primitive
 from primfit.synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
 from primfit.synthetic.bows import DEVIATIONS, DEVIATIONS_OF
 from primfit.synthetic.clouds import MOVES

@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import KINDS, PRIMITIVES, parameters
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import PRIMITIVES, parameters
 from primfit.synthetic import BenchmarkRecipe, cloud
 
 from . import sources

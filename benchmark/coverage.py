@@ -21,8 +21,11 @@ from scipy.spatial.distance import cdist
 
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import KINDS, Cone, Primitive, Torus
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.chart import DIRECTIONS, derivative, is_length, names_of, values_of
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.solver.refine import linearize

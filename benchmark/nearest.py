@@ -4,7 +4,7 @@ import numpy as np
 
 from primfit.fitting.cloud.cloud import Cloud
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.fitting.search.kind import Fit, fit_kind
 
 ENOUGH = 500

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 from .records import Record
 

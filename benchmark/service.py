@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.synthetic import ScannerRecipe, cloud
 from primfit.synthetic.recipes import Range
 

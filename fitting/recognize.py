@@ -12,7 +12,8 @@ from .cloud.cloud import Cloud
 from .errors import FailedFit, InvalidPointCloudError
 from .extents import Extents, extents_of
 from .geometry.vectors import Array
-from .primitives import KINDS, Primitive
+from .names import KINDS
+from .primitives import Primitive
 from .request.config import COUNTING_ALL, EXTREME, Config, takes_no
 from .request.reach import check_reach
 from .search.kind import fit_kind

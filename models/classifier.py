@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 from .features import features
 from .weights import load

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 from .classifier import FeatureClassifier
 from .features import N_FEATURES

@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 
 from primfit.fitting.geometry.axes import RevolutionAxis, Seen, revolution_axis
 from primfit.fitting.geometry.vectors import rows
-from primfit.fitting.primitives import KINDS, Cone, Cylinder, Sphere, Torus
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.search.starts import compete
 
 Array = NDArray[np.float64]

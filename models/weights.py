@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 from .features import FEATURE_VERSION
 

@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.primitives import KINDS, Primitive
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import Primitive
 from primfit.fitting.shrec22 import from_vector
 
 from .recipes import PERTURBATIONS, TRAINING_COUNTS
@@ -130,12 +131,12 @@ def tables(entries: dict[str, list[Entry]]) -> Iterator[str]:
     yield ""
     yield f"| parameter | {head} |"
     yield "|---" * (len(LEVELS) + 1) + "|"
-    for kind, name, measure in MEASURES:
+    for of, name, measure in MEASURES:
         for source, clouds in entries.items():
-            mine = [e for e in clouds if e.primitive.kind == kind]
+            mine = [e for e in clouds if e.primitive.kind == of]
             if "moved" in name:
                 mine = [e for e in mine if not at_origin(e.primitive)]
-            yield row(f"{kind}: {name}, {source}", [measure(e.primitive) for e in mine])
+            yield row(f"{of}: {name}, {source}", [measure(e.primitive) for e in mine])
     yield ""
     yield "| share of the clouds | axis exactly z | position exactly the origin |"
     yield "|---|---|---|"

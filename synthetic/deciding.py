@@ -16,7 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from primfit.fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 
 from .canonical import ORIGIN
 from .effects import Effect, Seen, White

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 from .clouds import SyntheticCloud
 from .noise import sigma_weights

@@ -7,7 +7,11 @@ cones cups and funnels; tori elbows, rings and handles. What a view leaves of th
 import numpy as np
 from numpy.random import Generator
 
-from primfit.fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 
 from .canonical import ORIGIN, Z_AXIS
 from .patches import Patch, Span

@@ -9,7 +9,7 @@ three times the half-extent). No points of any cloud were used.
 
 from dataclasses import dataclass
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from primfit.fitting.primitives import PRIMITIVES, Torus
+from primfit.fitting.primitives import PRIMITIVES
+from primfit.fitting.primitives.torus import Torus
 
 from .borders import comet_tail, edge_fringe, ragged
 from .clouds import SHARES, SyntheticCloud

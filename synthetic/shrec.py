@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.random import Generator
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 from .canonical import sample_segment
 from .clouds import SyntheticCloud
@@ -23,7 +23,7 @@ def sample_cloud(rng: Generator, kind: str, perturbation: str) -> SyntheticCloud
     Parameters
     ----------
     rng : the only source of randomness; the same state gives the same cloud
-    kind : one of `fitting.primitives.KINDS`
+    kind : one of `fitting.names.KINDS`
     perturbation : "A0" to "A9"
 
     Returns

@@ -27,7 +27,7 @@ FLAGS = {"kinds": "kind", "constraints": "constraint"}
 
 
 class Kind(StrEnum):
-    """`fitting.primitives.KINDS`, without importing it."""
+    """`fitting.names.KINDS`, without importing it."""
 
     plane = "plane"
     sphere = "sphere"

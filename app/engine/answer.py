@@ -10,7 +10,8 @@ import numpy as np
 import orjson
 
 from primfit.fitting.answer.result import Recognition
-from primfit.fitting.primitives import KINDS, parameters
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import parameters
 from primfit.fitting.request.constraints import Constraints
 from primfit.fitting.request.guess import guess_of
 from primfit.models import load_classifier

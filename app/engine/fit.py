@@ -7,9 +7,10 @@ from numpy.typing import ArrayLike
 
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
-from primfit.fitting.primitives import KINDS, Primitive
+from primfit.fitting.names import KINDS, Criterion
+from primfit.fitting.primitives import Primitive
 from primfit.fitting.recognize import recognize
-from primfit.fitting.request.config import Config, Criterion
+from primfit.fitting.request.config import Config
 from primfit.fitting.request.constraints import UNCONSTRAINED, Constraints
 from primfit.fitting.request.guess import guess_of
 from primfit.models import CLASSIFIERS, load_classifier

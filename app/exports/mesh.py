@@ -7,7 +7,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from primfit.fitting.geometry.vectors import Array, basis
-from primfit.fitting.primitives import Plane, Primitive, Sphere, Torus
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 
 from .fitted import Fitted
 from .options import ExportOptions

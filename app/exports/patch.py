@@ -8,7 +8,12 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.extents import ConeExtents, CylinderExtents, PlaneExtents, SphereExtents, TorusExtents
 from primfit.fitting.extents.values import Bounds
 from primfit.fitting.geometry.vectors import Array, around_axis, basis, cross
-from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 
 
 class NothingToExportError(ValueError):

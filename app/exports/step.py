@@ -9,7 +9,12 @@ import numpy as np
 
 from primfit.fitting.extents.values import Bounds
 from primfit.fitting.geometry.vectors import Array, basis, cross
-from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 
 from .fitted import Fitted
 from .options import ExportOptions

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
 from typing_extensions import TypeAliasType
 
-from primfit.fitting.request.config import Criterion
+from primfit.fitting.names import Criterion
 from primfit.fitting.request.values import LARGEST
 from primfit.fitting.uncertainty.values import Method, NoiseModelName
 from primfit.fitting.uncertainty.warnings import WarningCode

@@ -4,7 +4,7 @@ import numpy as np
 import open3d
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Plane
+from primfit.fitting.primitives.plane import Plane
 
 from ..measures import diagonal
 from . import Answer

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.fitting.recognize import recognize
 from primfit.fitting.verdict.classifier import Classifier
 from primfit.models import load_classifier

@@ -8,7 +8,10 @@ import numpy as np
 import pyransac3d
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Cylinder, Plane, Primitive, Sphere
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
 
 from ..measures import diagonal
 from . import Answer

@@ -5,7 +5,10 @@ from typing import Any
 from skspatial import objects
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Cylinder, Plane, Primitive, Sphere
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
 
 from . import Answer
 from .subset import MOST_POINTS, at_most

@@ -4,7 +4,8 @@ from trimesh.nsphere import fit_nsphere
 from trimesh.points import plane_fit
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Plane, Sphere
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
 
 from . import Answer
 

@@ -5,7 +5,8 @@ from functools import partial
 import numpy as np
 from numpy.random import Generator
 
-from primfit.fitting.primitives import KINDS, parameters
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import parameters
 
 from . import oracles
 from .fits import fitted

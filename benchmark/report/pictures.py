@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 from ..records import Record
 from ..scores import ANSWERS, confusion, grouped, is_close, is_exact, share

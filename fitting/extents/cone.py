@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..geometry.vectors import TINY, Array
-from ..primitives import Cone
+from ..primitives.cone import Cone
 from .around import Around
 from .spread import CHANCE, coverage, ends, turn
 from .values import Bounds, Length, Place

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..geometry.vectors import TINY, Array
-from ..primitives import Cylinder
+from ..primitives.cylinder import Cylinder
 from .around import Around
 from .spread import coverage, ends, turn
 from .values import Bounds, Length, Place

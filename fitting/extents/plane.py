@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
 from ..geometry.vectors import Array, basis, vector
-from ..primitives import Plane
+from ..primitives.plane import Plane
 from .grid import Grid
 from .outline import concave
 from .spread import POINTS_A_CELL, ends

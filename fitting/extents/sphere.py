@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..geometry.vectors import TINY, Z_AXIS, Array, basis, unit
-from ..primitives import Sphere
+from ..primitives.sphere import Sphere
 from .spread import CHANCE, USUAL, USUAL_GAPS, coverage, ends, turn
 from .values import Bounds, Length, Place
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..geometry.vectors import TINY, Array
-from ..primitives import Torus
+from ..primitives.torus import Torus
 from .around import Around
 from .spread import coverage, ends, turn
 from .values import Bounds

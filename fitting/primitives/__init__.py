@@ -1,18 +1,13 @@
-"""The five primitives, from the simplest to the most general, and the contract that they share."""
+"""The contract that the primitives share, and their table: one file each, of the name of its kind."""
 
 from dataclasses import fields
+from importlib import import_module
 from typing import ClassVar, Protocol, Self
 
 import numpy as np
 
 from ..geometry.vectors import Array
-from .cone import Cone
-from .cylinder import Cylinder
-from .plane import Plane
-from .sphere import Sphere
-from .torus import Torus
-
-__all__ = ["KINDS", "PRIMITIVES", "Cone", "Cylinder", "Plane", "Primitive", "Sphere", "Torus", "parameters"]
+from ..names import KINDS
 
 
 class Primitive(Protocol):
@@ -65,9 +60,8 @@ class Primitive(Protocol):
 
 
 PRIMITIVES: dict[str, type[Primitive]] = {
-    primitive.kind: primitive for primitive in (Plane, Sphere, Cylinder, Cone, Torus)
+    kind: getattr(import_module(f".{kind}", __name__), kind.capitalize()) for kind in KINDS
 }
-KINDS: tuple[str, ...] = tuple(PRIMITIVES)
 
 
 def parameters(primitive: Primitive) -> dict[str, str | float | list[float]]:

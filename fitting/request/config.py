@@ -1,26 +1,15 @@
 """What a caller may ask of the fit."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 
 from ..errors import InvalidOptionError
-from ..primitives import KINDS, PRIMITIVES, Primitive, parameters
+from ..names import CRITERIA, KINDS, Criterion
+from ..primitives import PRIMITIVES, Primitive, parameters
 from .constraints import UNCONSTRAINED, Constraints
 from .guess import guess_of
 from .values import number, positive
-
-Criterion = Literal[
-    "robust",
-    "least_squares",
-    "huber",
-    "tukey",
-    "minimum_zone",
-    "minimum_circumscribed",
-    "maximum_inscribed",
-]
-CRITERIA: tuple[str, ...] = get_args(Criterion)
 
 EXTREME = ("minimum_zone", "minimum_circumscribed", "maximum_inscribed")
 """Criteria of a few extreme points, which take neither constraints nor weights."""

@@ -12,7 +12,8 @@ import numpy as np
 
 from ..errors import InvalidOptionError
 from ..geometry.vectors import Array, unit, vector
-from ..primitives import KINDS, PRIMITIVES, Primitive
+from ..names import KINDS
+from ..primitives import PRIMITIVES, Primitive
 from ..primitives.chart import worded
 from .values import Triple, direction, number, positive, triple
 

@@ -5,7 +5,8 @@ from dataclasses import fields
 from typing import Any
 
 from ..errors import InvalidOptionError
-from ..primitives import KINDS, PRIMITIVES, Primitive
+from ..names import KINDS
+from ..primitives import PRIMITIVES, Primitive
 from .constraints import LARGEST_ANGLE, SMALLEST_ANGLE, angle_error
 from .values import direction, positive, triple
 

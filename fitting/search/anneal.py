@@ -73,7 +73,7 @@ def anneal(
         need,
         CORE,
         CORE_DEVIATION,
-        limits and limits.bounds,
+        None if limits is None else limits.bounds,
     )
     primitive = PRIMITIVES[kind].from_row(row)
     exact = exact_points(np.abs(primitive.signed_distance(points)), tolerance, dof)

@@ -201,4 +201,4 @@ FINISHERS: dict[str, Finisher] = {
         maximum_inscribed, lambda end, cloud: -_radius(end, cloud)
     ),
 }
-"""By the names of `fitting.request.config.Criterion`."""
+"""By the names of `fitting.names.Criterion`."""

@@ -8,8 +8,9 @@ import numpy as np
 from ..cloud.cloud import Cloud
 from ..errors import FailedFit
 from ..geometry.vectors import Array
+from ..names import KINDS
 from ..noise.outliers import NoiseModel
-from ..primitives import KINDS, PRIMITIVES, Primitive
+from ..primitives import PRIMITIVES, Primitive
 from ..request.config import FITTING_KINDS
 from ..request.constraints import UNCONSTRAINED, Constraints
 from ..solver.limits import Limits, dof_within, moved

@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from ..cloud.cloud import Cloud
 from ..geometry.vectors import Array
-from ..primitives import PRIMITIVES, Cylinder, Primitive, Torus
+from ..primitives import PRIMITIVES, Primitive
+from ..primitives.cylinder import Cylinder
+from ..primitives.torus import Torus
 from ..solver.limits import Limits
 from ..solver.refine import CODES
 from . import _search
@@ -114,7 +116,9 @@ def settle(
     For each step the scale of a Geman-McClure kernel is twice the median distance, but at least `smallest`.
     Rows that cannot be stepped from stay as they are.
     """
-    return _search.settle(CODES[kind], starts, points, smallest, WIDTHS, steps, limits and limits.bounds)
+    return _search.settle(
+        CODES[kind], starts, points, smallest, WIDTHS, steps, None if limits is None else limits.bounds
+    )
 
 
 def compete(

@@ -12,7 +12,10 @@ import numpy as np
 from ..cloud.frame import Frame
 from ..geometry.axes import Seen, random_subsets, revolution_axis
 from ..geometry.vectors import TINY, Z_AXIS, Array, around_axis, basis, cross, foot_of_origin, rows, unit
-from ..primitives import PRIMITIVES, Cone, Cylinder, Primitive, Torus
+from ..primitives import PRIMITIVES, Primitive
+from ..primitives.cone import Cone
+from ..primitives.cylinder import Cylinder
+from ..primitives.torus import Torus
 from ..request.constraints import Constraints, Direction, Range
 from ._limits import Bounds
 

@@ -58,7 +58,14 @@ def refine(
     if max_iterations is None:
         max_iterations = STEPS if limits is None else LIMITED_STEPS
     row, cost, converged = _descent.refine(
-        CODES[kind], primitive.row(), points, kernel, scale, max_iterations, factors, limits and limits.bounds
+        CODES[kind],
+        primitive.row(),
+        points,
+        kernel,
+        scale,
+        max_iterations,
+        factors,
+        None if limits is None else limits.bounds,
     )
     return Refined(PRIMITIVES[kind].from_row(row), cost, converged)
 

@@ -3,7 +3,11 @@
 import numpy as np
 
 from ..geometry.vectors import Array, around_axis, basis
-from ..primitives import Cone, Cylinder, Primitive, Sphere, Torus
+from ..primitives import Primitive
+from ..primitives.cone import Cone
+from ..primitives.cylinder import Cylinder
+from ..primitives.sphere import Sphere
+from ..primitives.torus import Torus
 
 SEEN = 0.99
 """An arc is covered if this share of the points lies on it: strays do not make it whole."""

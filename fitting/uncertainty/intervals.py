@@ -7,8 +7,9 @@ from typing import Self
 import numpy as np
 
 from ..geometry.vectors import Array, basis
-from ..primitives import Cone, Primitive
+from ..primitives import Primitive
 from ..primitives.chart import DIRECTIONS, SIZES, derivative, names_of, values_of
+from ..primitives.cone import Cone
 from .covariance import StepCovariance
 from .optimum import Optimum
 from .profile import Local, profile_end

@@ -14,7 +14,12 @@ from ..noise.exact import exact_points
 from ..noise.fields import Explanations, Patched, explanations
 from ..noise.outliers import NoiseModel
 from ..noise.rounding import ROUNDING_NOISE
-from ..primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from ..primitives import Primitive
+from ..primitives.cone import Cone
+from ..primitives.cylinder import Cylinder
+from ..primitives.plane import Plane
+from ..primitives.sphere import Sphere
+from ..primitives.torus import Torus
 from ..solver.limits import NUMBERS, Limits, dof_within, moved
 from ..solver.refine import linearize
 

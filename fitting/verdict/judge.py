@@ -8,8 +8,9 @@ import numpy as np
 
 from ..cloud.cloud import Cloud
 from ..geometry.vectors import Array
+from ..names import KINDS
 from ..noise.fields import PRIOR, Explanations
-from ..primitives import KINDS, PRIMITIVES
+from ..primitives import PRIMITIVES
 from .evidence import Evidence
 
 Status = Literal["fitted", "ambiguous", "no_fit"]

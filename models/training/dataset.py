@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from primfit.fitting.cloud.cloud import NORMAL_POINTS
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.cloud.normals import estimate_normals
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.synthetic import RECIPES, SensorRecipe, SyntheticCloud, cloud
 
 from ..features import FEATURE_VERSION, features, representatives

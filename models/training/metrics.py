@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 from .dataset import Dataset
 

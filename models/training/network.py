@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from torch import nn
 
 from primfit.fitting.cloud.cloud import NORMAL_POINTS
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 from ..features import BLOCKS
 from ..network import CLIP, NetworkClassifier, softmax

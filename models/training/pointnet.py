@@ -12,7 +12,7 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 from ..network import softmax
 from .dataset import make_dataset

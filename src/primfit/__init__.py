@@ -9,64 +9,10 @@
 """
 
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
 
-from primfit.app.engine.fit import fit
-from primfit.app.engine.segments import Segment, fit_segments
-from primfit.app.exports import NothingToExportError, export, form_errors, residuals
-from primfit.fitting.answer.residuals import Residuals
-from primfit.fitting.answer.result import Alternative, Attempt, Recognition
-from primfit.fitting.answer.values import Deviation, ErrorSummary, NoiseSummary
-from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
-from primfit.fitting.form import Form
-from primfit.fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
-from primfit.fitting.recognize import recognize
-from primfit.fitting.request.config import Config
-from primfit.fitting.request.constraints import Constraints
-
-if TYPE_CHECKING:
-    from primfit.app.engine.estimator import PrimitiveFitter
+import lazy_loader
 
 __version__ = version("primfit")
 
-__all__ = [
-    "KINDS",
-    "Alternative",
-    "Attempt",
-    "Cone",
-    "Config",
-    "Constraints",
-    "Cylinder",
-    "Deviation",
-    "ErrorSummary",
-    "Form",
-    "InvalidOptionError",
-    "InvalidPointCloudError",
-    "NoiseSummary",
-    "NothingToExportError",
-    "Plane",
-    "Primitive",
-    "PrimitiveFitter",
-    "Recognition",
-    "Residuals",
-    "Segment",
-    "Sphere",
-    "Torus",
-    "__version__",
-    "export",
-    "fit",
-    "fit_segments",
-    "form_errors",
-    "parameters",
-    "recognize",
-    "residuals",
-]
-
-
-def __getattr__(name: str) -> Any:
-    """`PrimitiveFitter` when it is first asked for: scikit-learn would double the time of the import."""
-    if name != "PrimitiveFitter":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from primfit.app.engine.estimator import PrimitiveFitter
-
-    return PrimitiveFitter
+# The names are those of the file __init__.pyi; each is imported when it is first asked for.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from primfit.app.service.openapi import RAW_TYPES
 from primfit.app.wire.options import OBJECTS
-from primfit.fitting.primitives import Cylinder, Sphere
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.sphere import Sphere
 
 
 def _cloud(seed: int) -> np.ndarray:

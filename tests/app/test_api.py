@@ -18,7 +18,7 @@ from primfit.app.engine.fit import fit
 from primfit.app.readers import read
 from primfit.app.service.openapi import MEDIA_TYPES
 from primfit.app.wire.schemas import FitAnswer, KindName, Problem
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()

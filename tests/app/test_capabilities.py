@@ -9,8 +9,7 @@ from primfit.app.exports import FORMATS as ARTIFACTS
 from primfit.app.readers import FORMATS
 from primfit.app.service.openapi import MEDIA_TYPES
 from primfit.app.wire.schemas import Capabilities, FitOptions
-from primfit.fitting.primitives import KINDS
-from primfit.fitting.request.config import Criterion
+from primfit.fitting.names import KINDS, Criterion
 from primfit.models import CLASSIFIERS
 
 SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())

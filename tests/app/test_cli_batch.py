@@ -9,7 +9,8 @@ from typer.testing import CliRunner, Result
 
 from primfit.app.cli.batch import CollisionError, plan
 from primfit.app.cli.commands import app
-from primfit.fitting.primitives import Plane, Sphere
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
 
 
 def run(*args: object) -> Result:

@@ -16,8 +16,8 @@ from primfit.app.cli import commands as cli
 from primfit.app.cli.commands import BADNESS, EXIT, Kind, app
 from primfit.app.cli.render import render
 from primfit.app.wire import schemas
-from primfit.fitting.primitives import KINDS, Cylinder
-from primfit.fitting.request.config import CRITERIA
+from primfit.fitting.names import CRITERIA, KINDS
+from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.search.criteria import FINISHERS
 
 AXIS = np.array([0.0, 0.6, 0.8])

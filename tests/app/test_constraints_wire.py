@@ -11,7 +11,7 @@ from primfit.app.cli import commands as cli
 from primfit.app.cli.constraint_flags import parse_constraints
 from primfit.app.engine.fit import InvalidOptionError, fit
 from primfit.app.wire.schemas import FitAnswer
-from primfit.fitting.primitives import Cylinder
+from primfit.fitting.primitives.cylinder import Cylinder
 
 EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())

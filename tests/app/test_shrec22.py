@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from primfit.app.engine.shrec22 import prediction
-from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
+from primfit.fitting.primitives import Primitive, parameters
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 
 Z = np.array([0.0, 0.0, 1.0])
 P = np.array([0.1, 1e-17, -1 / 3])

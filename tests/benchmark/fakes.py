@@ -7,7 +7,7 @@ import numpy as np
 
 from primfit.benchmark import child
 from primfit.benchmark.methods import METHODS, Answer
-from primfit.fitting.primitives import Sphere
+from primfit.fitting.primitives.sphere import Sphere
 
 BAD = ("right", "raises", "panics", "crashes", "hangs", "wild", "given", "missing")
 

@@ -7,7 +7,7 @@ import pytest
 
 from primfit.benchmark.bows import NOISE, POINTS, beyond, bowed_cloud, deviating
 from primfit.benchmark.cases import AMPLITUDES, CASE_SETS
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.fitting.solver.refine import refine
 from primfit.synthetic.bows import DEVIATIONS_OF
 

@@ -35,7 +35,9 @@ from primfit.benchmark.pieces import (
     largest_radius,
     noisy,
 )
-from primfit.fitting.primitives import KINDS, Sphere, Torus
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.synthetic.foreign import cloud_and_shape
 from primfit.synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES, ForeignRecipe
 

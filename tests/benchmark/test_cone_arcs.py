@@ -13,7 +13,7 @@ from primfit.benchmark.cone_arcs import (
     RADIUS_CHANGE,
     arc_cloud,
 )
-from primfit.fitting.primitives import Cylinder
+from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.synthetic.telling import nearest
 
 

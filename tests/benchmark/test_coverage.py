@@ -19,7 +19,8 @@ from primfit.benchmark.coverage import (
     waves,
     wavy,
 )
-from primfit.fitting.primitives import KINDS, Sphere
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives.sphere import Sphere
 
 
 def test_waves_have_unit_variance_and_the_correlation_that_is_said() -> None:

@@ -16,7 +16,12 @@ from primfit.benchmark.measures import (
     surface_error,
     truth_errors,
 )
-from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.shrec22 import from_vector, to_vector
 
 ORIGIN = np.zeros(3)

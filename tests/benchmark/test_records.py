@@ -8,7 +8,9 @@ import pytest
 
 from primfit.benchmark.cases import Case
 from primfit.benchmark.records import Outcome, RecordsFile, Scored, to_primitive
-from primfit.fitting.primitives import Cone, Plane, parameters
+from primfit.fitting.primitives import parameters
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.plane import Plane
 
 PLANE = Plane([0, 0, 1], [0, 0, 0])
 POINTS = np.array([[0, 0, 1], [4, 0, -1], [4, 3, 1], [0, 3, -1], [0, 0, 40]], float)

@@ -12,7 +12,7 @@ from primfit.benchmark.report.data import Data, NoRecordsError
 from primfit.benchmark.report.details import details
 from primfit.benchmark.report.markdown import milliseconds, percent, scientific, table
 from primfit.benchmark.report.sections import at_a_glance, behind, methods, of_set
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from tests.benchmark.made import record
 
 ABOUT = {

@@ -12,7 +12,8 @@ from primfit.benchmark.cases import Case
 from primfit.benchmark.methods.primfit import Primfit
 from primfit.benchmark.records import RecordsFile
 from primfit.benchmark.runner import Child, MethodError, Work, begin, introduce, run
-from primfit.fitting.primitives import Plane, Sphere
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
 
 FAKES = str(Path(__file__).with_name("fakes.py"))
 PATIENT, HASTY = 60.0, 0.5

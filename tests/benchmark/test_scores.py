@@ -19,7 +19,7 @@ from primfit.benchmark.scores import (
     spread,
     standard_errors,
 )
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from tests.benchmark.made import record
 
 

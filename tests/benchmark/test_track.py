@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from primfit.benchmark.track import TrackError, TrackFolder, read_points, shrec22_cases
-from primfit.fitting.primitives import Plane, Sphere
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
 
 CLOUD = "1,2,3\n4.5,5,6\n7,8,9e-1\n"
 

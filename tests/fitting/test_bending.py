@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import Cylinder, Primitive, Sphere
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.solver.refine import stepped
 from primfit.fitting.zones.bending import bent
 from tests.fitting.clouds import EXAMPLES, sample

@@ -13,7 +13,12 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from primfit.fitting.noise.kernels import Kernel
-from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus, parameters
+from primfit.fitting.primitives import Primitive, parameters
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import EXTREME, Config
 from primfit.fitting.request.constraints import Constraints, Range

@@ -8,7 +8,13 @@ import pytest
 
 from primfit.fitting.extents import EXTENTS, PlaneExtents, extents_of
 from primfit.fitting.geometry.vectors import Array, around_axis, basis
-from primfit.fitting.primitives import KINDS, Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from tests.fitting.clouds import rotation

@@ -6,7 +6,9 @@ import pytest
 from primfit.fitting.cloud.patches import GRAIN, PATCHES, grains_of, patches_of, strips_of
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.noise.fields import Explanations, Patched, explanations, log_mean
-from primfit.fitting.primitives import Cylinder, Plane, Sphere
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.solver.refine import linearize, refine
 
 NOISE = 0.01

@@ -5,7 +5,12 @@ import pytest
 
 from primfit.fitting.form import OUTERMOST, Form, Reference, form_of
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 
 TURN = 2.0 * np.pi
 AXIS, HERE = [0.3, -0.5, 0.8], [10.0, 20.0, 30.0]

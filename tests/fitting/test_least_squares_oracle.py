@@ -11,7 +11,9 @@ from primfit.benchmark.proofs import oracles
 from primfit.benchmark.proofs.fits import fitted
 from primfit.benchmark.proofs.least_squares import ANGLE, LENGTH, RELATIVE, beside_nominal, beside_optimum
 from primfit.benchmark.proofs.parts import HALF_ANGLES, part
-from primfit.fitting.primitives import KINDS, Cone, parameters
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import parameters
+from primfit.fitting.primitives.cone import Cone
 
 
 def rng_of(kind: str, seed: int) -> np.random.Generator:

@@ -6,7 +6,8 @@ from scipy.optimize import least_squares
 
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.noise.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
-from primfit.fitting.primitives import Primitive, Sphere
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.solver.refine import linearize, stepped

@@ -13,8 +13,9 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.cloud import cloud, patches
 from primfit.fitting.cloud.patches import patches_of, strips_of
 from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.names import KINDS
 from primfit.fitting.noise import fields
-from primfit.fitting.primitives import KINDS, Cone
+from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.uncertainty import agreement

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from primfit.fitting.cloud.order import canonical_order, canonical_sample, distance_keys, shuffled
-from primfit.fitting.primitives import KINDS, parameters
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import parameters
 from primfit.fitting.recognize import recognize
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from primfit.fitting.extents import extents_of
 from primfit.fitting.extents.outline import MOST_CORNERS
 from primfit.fitting.geometry.vectors import Array, basis
-from primfit.fitting.primitives import Plane
+from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from tests.fitting.outlines import CUTS, lattice, patch

@@ -9,7 +9,12 @@ import pytest
 from primfit.benchmark.cases import CASE_SETS
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
-from primfit.fitting.primitives import KINDS, Cone, Cylinder, Primitive, Sphere, Torus, parameters
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import Primitive, parameters
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.synthetic import RECIPES, cloud

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import KINDS, Cone, Cylinder, Plane, Sphere
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.verdict.judge import MISTAKEN, prior_of

@@ -9,7 +9,9 @@ from primfit.benchmark.proofs.zones import all_around
 from primfit.fitting.cloud.cloud import Cloud
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.errors import FailedFit, InvalidOptionError
-from primfit.fitting.primitives import Cylinder, Primitive, Sphere, parameters
+from primfit.fitting.primitives import Primitive, parameters
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.zones.extreme import minimum_zone

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.models.features import (
     BLOCKS,
     N_FEATURES,

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.models import CLASSIFIERS, load_classifier
 from primfit.models.knn import KnnClassifier
 from primfit.models.training.dataset import make_dataset, seen

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.models import load_classifier
 from primfit.models.features import N_FEATURES
 from primfit.models.network import NetworkClassifier, softmax

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from primfit.fitting.geometry.axes import revolution_axis
-from primfit.fitting.primitives import KINDS, Cone, Cylinder, Plane, Sphere, Torus
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.models.rough import rough_features, rough_fits
 
 AXIS = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.models.features import FEATURE_VERSION
 from primfit.models.weights import WeightsMismatchError, archive, load, save
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import Plane
+from primfit.fitting.primitives.plane import Plane
 from primfit.synthetic.borders import FRINGE_SIZE, MOST_MIXED, TAIL_REACH, comet_tail, edge_fringe, ragged
 from primfit.synthetic.effects import Seen
 

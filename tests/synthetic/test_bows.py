@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import KINDS, Cylinder, Plane, Sphere, Torus
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.synthetic.bows import (
     ARC,
     DEVIATIONS,

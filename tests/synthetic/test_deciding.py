@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from primfit.fitting.primitives import Cylinder, Plane, Sphere
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
 from primfit.synthetic import deciding
 from primfit.synthetic.deciding import about_plane, covariance, decidable, gain
 from primfit.synthetic.effects import Correlated, RadialBow, Seen, White

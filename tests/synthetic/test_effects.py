@@ -5,7 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.synthetic.effects import (
     Correlated,
     DepthSteps,

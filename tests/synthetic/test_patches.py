@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import Cone, Cylinder, Plane, Sphere, Torus
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.synthetic.patches import Patch
 
 ORIGIN, Z = np.zeros(3), np.array([0.0, 0.0, 1.0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.synthetic import PERTURBATIONS, sample_cloud
 from primfit.synthetic.perturb import (
     FEWEST_POINTS,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.synthetic.canonical import sample_segment
 from primfit.synthetic.poses import place, rotation_about_axes
 

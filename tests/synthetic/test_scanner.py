@@ -6,7 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import KINDS, Cylinder, Plane, Sphere
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
 from primfit.synthetic import RECIPES, ScannerRecipe, cloud, clouds
 from primfit.synthetic import scanner as module
 from primfit.synthetic.patches import Patch

@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import KINDS, Cone, Torus
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.torus import Torus
 from primfit.synthetic import RECIPES, SensorRecipe, cloud, clouds, sensing
 from primfit.synthetic.clouds import MOVES, SHARES
 from primfit.synthetic.deciding import MOST_NOISE, decidable

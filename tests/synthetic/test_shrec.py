@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import KINDS
+from primfit.fitting.names import KINDS
 from primfit.synthetic import PERTURBATIONS, BenchmarkRecipe, batch, cloud
 
 

@@ -13,7 +13,13 @@ import numpy as np
 import pytest
 
 from primfit.fitting.geometry.vectors import basis
-from primfit.fitting.primitives import KINDS, PRIMITIVES, Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives import PRIMITIVES, Primitive
+from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.solver.refine import linearize, stepped
 
 torch = pytest.importorskip("torch", reason="needs torch: make test-torch")

@@ -6,11 +6,11 @@ import pytest
 pytestmark = pytest.mark.torch
 torch = pytest.importorskip("torch")
 
-from primfit.models.network import NetworkClassifier  # noqa: E402
-from primfit.models.training import network as training  # noqa: E402
-from primfit.models.training import pointnet  # noqa: E402
-from primfit.models.training.dataset import make_dataset  # noqa: E402
-from primfit.models.weights import load  # noqa: E402
+from primfit.models.network import NetworkClassifier
+from primfit.models.training import network as training
+from primfit.models.training import pointnet
+from primfit.models.training.dataset import make_dataset
+from primfit.models.weights import load
 
 FEW = {"benchmark": 15, "scanner": 10, "sensor": 5}
 

@@ -7,7 +7,9 @@ import numpy as np
 
 from primfit.fitting.extents import PlaneExtents
 from primfit.fitting.geometry.vectors import Array, basis, cross
-from primfit.fitting.primitives import Primitive, Sphere, Torus
+from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 
 from ..fitted import Fitted
 from ..mesh import flat

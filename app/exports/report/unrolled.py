@@ -7,7 +7,9 @@ import numpy as np
 
 from primfit.fitting.extents import PlaneExtents
 from primfit.fitting.geometry.vectors import Array, around_axis, cross
-from primfit.fitting.primitives import Cylinder, Sphere, Torus
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.primitives.torus import Torus
 
 from ..colors import SATURATED
 from ..fitted import Fitted

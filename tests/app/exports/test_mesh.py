@@ -10,7 +10,7 @@ import trimesh
 
 from primfit.app.exports import export
 from primfit.fitting.cloud.frame import Frame
-from primfit.fitting.primitives import Sphere
+from primfit.fitting.primitives.sphere import Sphere
 from tests.app.exports.test_step import PIECES, recognised
 
 CLOSED = ("full sphere", "full torus")

@@ -10,7 +10,7 @@ import trimesh
 from primfit.app.exports import export
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Plane
+from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from tests.app.exports.test_step import area_of, read_back

@@ -5,7 +5,8 @@ import pytest
 
 from primfit.benchmark.methods import METHODS, PEERS, load
 from primfit.benchmark.methods.primfit import Reversed
-from primfit.fitting.primitives import KINDS, Sphere
+from primfit.fitting.names import KINDS
+from primfit.fitting.primitives.sphere import Sphere
 
 OURS = [name for name in METHODS if name not in PEERS]
 

@@ -1,0 +1,18 @@
+"""Names that callers use, spelt once. Nothing slow is imported here: the command line asks, too."""
+
+from typing import Literal, get_args
+
+KindName = Literal["plane", "sphere", "cylinder", "cone", "torus"]
+KINDS: tuple[KindName, ...] = get_args(KindName)
+"""From the simplest to the most general; `fitting.primitives` has a file of this name for each."""
+
+Criterion = Literal[
+    "robust",
+    "least_squares",
+    "huber",
+    "tukey",
+    "minimum_zone",
+    "minimum_circumscribed",
+    "maximum_inscribed",
+]
+CRITERIA: tuple[Criterion, ...] = get_args(Criterion)
