@@ -9,7 +9,7 @@ import numpy as np
 from numpy.random import Generator
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.solver.refine import linearize
 from primfit.synthetic import SyntheticCloud
 from primfit.synthetic.bows import DEVIATIONS, draw_piece

@@ -15,7 +15,7 @@ import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.names import KINDS
-from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
 from primfit.synthetic.bows import DEVIATIONS, DEVIATIONS_OF
 from primfit.synthetic.clouds import MOVES

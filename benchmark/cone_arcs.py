@@ -12,9 +12,9 @@ from numpy.random import Generator
 
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.geometry.vectors import Z_AXIS, Array
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.solver.refine import refine
 from primfit.synthetic import SyntheticCloud
 from primfit.synthetic.recipes import Range

@@ -22,9 +22,9 @@ from scipy.spatial.distance import cdist
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.names import KINDS
-from primfit.fitting.primitives import Primitive
-from primfit.fitting.primitives.chart import DIRECTIONS, derivative, is_length, names_of, values_of
+from primfit.fitting.primitives import DIRECTIONS, is_length, names_of, values_of
 from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
@@ -260,7 +260,7 @@ def cramer_rao(drawn: Scene) -> Array:
     frame = Frame.of(drawn.points)
     truth = frame.bring(drawn.truth).canonical(np.zeros(3))
     rows = linearize(truth, frame.normalize(feet(drawn.truth, drawn.points)))[1]
-    by_step = derivative(truth, np.zeros(3))
+    by_step = truth.derivative(np.zeros(3))
     units = np.where([is_length(name) for name in names_of(truth.kind)], frame.scale, 1.0)
     by_step, rows = units[:, None] * by_step, rows * (frame.scale / drawn.sigma)[:, None]
     _, sizes, directions = np.linalg.svd(rows, full_matrices=False)

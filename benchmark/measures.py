@@ -12,10 +12,10 @@ from scipy.spatial import cKDTree
 
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.geometry.vectors import Array, basis
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.shrec22 import to_vector

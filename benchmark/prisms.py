@@ -4,8 +4,8 @@ import numpy as np
 from numpy.random import Generator
 
 from primfit.fitting.geometry.vectors import Z_AXIS, Array
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.synthetic import SyntheticCloud
 from primfit.synthetic.recipes import Range
 from primfit.synthetic.scanner import log_uniform, random_rotation

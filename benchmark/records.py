@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from primfit.fitting.primitives import PRIMITIVES, Primitive, parameters
+from primfit.fitting.primitives import PRIMITIVES, parameters
+from primfit.fitting.primitives.primitive import Primitive
 
 from .cases import Case, Level
 from .measures import diagonal, fitting_errors, is_right, reference_errors, sampled_errors, truth_errors

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.shrec22 import from_vector, to_vector
 from primfit.synthetic.perturb import TYPES, Perturbation
 

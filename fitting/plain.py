@@ -22,3 +22,8 @@ def plain(value: Any) -> Any:
     if is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     return value
+
+
+def worded(name: str) -> str:
+    """A name of the answer in words: `major_radius`, `half_angle`, `axis.x`, `no_fit`."""
+    return name.replace("half_angle", "half-angle").replace("_", " ").replace(".", " ")

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .primitives import PRIMITIVES, Primitive
+from .primitives import PRIMITIVES
+from .primitives.primitive import Primitive
 
 LAYOUT: dict[str, tuple[int, tuple[str, ...]]] = {
     "plane": (1, ("normal", "point")),

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.primitive import Primitive
 
 MOVES = (
     "white",

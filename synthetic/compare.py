@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from primfit.fitting.names import KINDS
-from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.shrec22 import from_vector
 
 from .recipes import PERTURBATIONS, TRAINING_COUNTS

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from primfit.fitting.answer.summary import Row, sections
-from primfit.fitting.primitives.chart import worded
+from primfit.fitting.plain import worded
 
 COLOR = {
     "fitted": "green",

@@ -12,7 +12,7 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidPointCloudError
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.noise.rounding import rounding_of
-from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.verdict.evidence import OUTLIER
 
 from .fit import fit

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from primfit.fitting.names import KINDS, Criterion
-from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.request.constraints import UNCONSTRAINED, Constraints

@@ -6,12 +6,13 @@ from functools import cached_property
 from inspect import signature
 from typing import Any
 
+from primfit.fitting.answer.form import Form, form_of
 from primfit.fitting.answer.residuals import Residuals
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.cloud.cloud import check_coordinates, check_points
 from primfit.fitting.errors import InvalidOptionError
-from primfit.fitting.form import Form, form_of
-from primfit.fitting.primitives import Primitive, parameters
+from primfit.fitting.primitives import parameters
+from primfit.fitting.primitives.primitive import Primitive
 
 from ..engine.arrays import as_cloud, as_floats
 from ..engine.fit import config_of

@@ -5,9 +5,9 @@ from typing import Any
 
 import orjson
 
+from primfit.fitting.answer.form import Reference
 from primfit.fitting.answer.residuals import Deviations
 from primfit.fitting.errors import FailedFit
-from primfit.fitting.form import Reference
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives import parameters
 

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from primfit.fitting.geometry.vectors import Array, basis
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 

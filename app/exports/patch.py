@@ -5,13 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from primfit.fitting.answer.result import Recognition
-from primfit.fitting.extents import ConeExtents, CylinderExtents, PlaneExtents, SphereExtents, TorusExtents
-from primfit.fitting.extents.values import Bounds
+from primfit.fitting.extents.cone import ConeExtents
+from primfit.fitting.extents.cylinder import CylinderExtents
+from primfit.fitting.extents.plane import PlaneExtents
+from primfit.fitting.extents.sphere import SphereExtents
+from primfit.fitting.extents.torus import TorusExtents
+from primfit.fitting.extents.values import Extents
 from primfit.fitting.geometry.vectors import Array, around_axis, basis, cross
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 
@@ -93,7 +97,7 @@ def answered(recognition: Recognition) -> Primitive:
     return recognition.primitive
 
 
-def trimmed(recognition: Recognition) -> tuple[Primitive, Bounds]:
+def trimmed(recognition: Recognition) -> tuple[Primitive, Extents]:
     """The primitive that is exported, and its extents.
 
     Raises
@@ -111,7 +115,7 @@ Pieces = tuple[tuple[Array, ...], ...]
 """Of each piece of a plane the outer ring (K, 3), then those of its holes."""
 
 
-def patch_of(primitive: Primitive, extents: Bounds) -> Patch | Pieces:
+def patch_of(primitive: Primitive, extents: Extents) -> Patch | Pieces:
     """The piece of a surface of revolution, or the pieces of a plane."""
     match primitive, extents:
         case Plane(), PlaneExtents():

@@ -7,12 +7,12 @@ from importlib.metadata import version
 
 import numpy as np
 
-from primfit.fitting.extents.values import Bounds
+from primfit.fitting.extents.values import Extents
 from primfit.fitting.geometry.vectors import Array, basis, cross
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 
@@ -169,7 +169,7 @@ def _meridian(file: _File, patch: Patch, u: float) -> str:
     return file.line(patch.at(u, patch.v[0]), patch.at(u, patch.v[1]))
 
 
-def _product(file: _File, name: str, shell: str, extents: Bounds, unit: str) -> None:
+def _product(file: _File, name: str, shell: str, extents: Extents, unit: str) -> None:
     """The units of the shell, and the product that a reader looks for."""
     model = file.add(f"SHELL_BASED_SURFACE_MODEL('',({shell}))")
     length = _length_unit(file, unit)

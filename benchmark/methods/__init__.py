@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import Literal, Protocol
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.primitive import Primitive
 
 Status = Literal["fitted", "ambiguous", "no_fit"]
 

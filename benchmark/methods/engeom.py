@@ -11,10 +11,10 @@ from engeom.geom3 import Cone3, Cylinder3, Plane3, Sphere3
 
 from primfit.fitting.cloud.normals import estimate_normals
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 
 from ..measures import diagonal

@@ -8,9 +8,9 @@ import numpy as np
 import pyransac3d
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 
 from ..measures import diagonal

@@ -5,9 +5,9 @@ from typing import Any
 from skspatial import objects
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 
 from . import Answer

@@ -21,7 +21,8 @@ from scipy.spatial.transform import Rotation
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.names import KINDS
 from primfit.fitting.noise.rounding import rounding_of
-from primfit.fitting.primitives import Primitive, parameters
+from primfit.fitting.primitives import parameters
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.recognize import recognize
 from primfit.fitting.verdict.classifier import Classifier
 from primfit.models import load_classifier

@@ -5,15 +5,14 @@ import numpy as np
 from ..cloud.cloud import Cloud
 from ..geometry.vectors import Array
 from ..noise.fields import Explanations
-from ..primitives import Primitive
+from ..primitives.primitive import Primitive
 from ..verdict.evidence import Evidence
 from .values import Deviation, ErrorSummary, NoiseSummary
 
 
-def summarize(
-    primitive: Primitive, evidence: Evidence, points: Array, diagonal: float, scale: float
-) -> ErrorSummary:
-    """The distances of all points (N, 3), restored to input units by `scale`."""
+def summarize(primitive: Primitive, evidence: Evidence) -> ErrorSummary:
+    """The distances of all points from a primitive in the frame of the cloud, restored to input units."""
+    points, scale = evidence.cloud.points, evidence.cloud.frame.scale
     signed = primitive.signed_distance(points)
     distance = np.abs(signed)
     mean = float(distance.mean())
@@ -25,20 +24,21 @@ def summarize(
         p95=scale * float(np.percentile(distance, 95.0)),
         max=scale * float(distance.max()),
         zone=scale * float(np.ptp(signed)),
-        relative_mean=mean / diagonal,
+        relative_mean=mean / evidence.cloud.diagonal,
         inlier_rms=scale * float(np.sqrt(np.mean(near**2))),
         inlier_share=float(belongs.mean()),
     )
 
 
-def summarize_noise(evidence: Evidence, cloud: Cloud) -> NoiseSummary:
+def summarize_noise(evidence: Evidence) -> NoiseSummary:
     """The noise about the judged primitive, restored to input units."""
+    cloud = evidence.cloud
     share = evidence.noise.outlier_share * (1.0 - evidence.exact_share)
     rough, smooth = _deviations(evidence.explained, cloud)
     return NoiseSummary(
         scale=cloud.frame.scale * evidence.noise_scale,
         exact_share=evidence.exact_share,
-        outlier_share=0.0 if evidence.small else share,
+        outlier_share=0.0 if evidence.trial.is_small else share,
         quantisation_step=cloud.step,
         correlated=rough,
         smooth=smooth,

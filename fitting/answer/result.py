@@ -6,9 +6,10 @@ from typing import Any, Literal
 
 import orjson
 
-from ..extents import Extents
+from ..extents.values import Extents
 from ..plain import plain
-from ..primitives import Primitive, parameters
+from ..primitives import parameters
+from ..primitives.primitive import Primitive
 from ..uncertainty.values import Uncertainty
 from ..verdict.judge import Status
 from .residuals import Inliers

@@ -1,10 +1,11 @@
 """An answer in words and aligned numbers: the rows that `print` and the command line show."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..primitives.chart import worded
+from ..extents import EXTENTS
+from ..plain import worded
 
 Row = tuple[str, str]
 """A label, empty where it is that of the row before, and what stands beside it."""
@@ -80,7 +81,7 @@ def _parameters(primitive: Mapping[str, Any], label: str, known: Mapping[str, An
         if any(halves):
             yield "", "".join(_aligned(half) for half in halves)
     if known is not None and known["position"] is not None:
-        across = "axis" if "axis" in primitive else "plane"
+        across = "axis" if "axis" in primitive else primitive["kind"]
         radius = f"± {known['position']['radius_95']:.2g}"
         yield "position", f"{_aligned(radius)}  across the {across}"
 
@@ -112,45 +113,7 @@ def _within(value: float, interval: Mapping[str, Any] | None) -> str:
 
 def _extents(extents: Mapping[str, Any]) -> list[Row]:
     area = f"area {extents['area']:.6g}, of which {extents['coverage']:.0%} have points near them"
-    return _labelled("extents", [*_SHAPES[extents["kind"]](extents), area])
-
-
-def _arc(of: Mapping[str, Any], prefix: str = "") -> str:
-    if of[f"{prefix}full_turn"]:
-        return "a full turn"
-    start, span = (math.degrees(of[f"{prefix}{name}"]) for name in ("start_angle", "span"))
-    return f"{span:.5g} degrees, from {start:.5g}"
-
-
-def _cap(of: Mapping[str, Any]) -> str:
-    if of["full_sphere"]:
-        return "the full sphere"
-    if of["start_half_angle"] > 0.0:
-        start, end = (math.degrees(of[name]) for name in ("start_half_angle", "half_angle"))
-        return f"a zone from {start:.5g} to {end:.5g} degrees from its axis, height {of['height']:.6g}"
-    return f"a cap of half-angle {math.degrees(of['half_angle']):.5g} degrees, height {of['height']:.6g}"
-
-
-def _pieces(outline: list[list[Any]]) -> str:
-    holes = sum(len(rings) - 1 for rings in outline)
-    parts = "one piece" if len(outline) == 1 else f"{len(outline)} pieces"
-    return parts if holes == 0 else f"{parts} with {'a hole' if holes == 1 else f'{holes} holes'}"
-
-
-_SHAPES: dict[str, Callable[[Mapping[str, Any]], list[str]]] = {
-    "plane": lambda of: [
-        f"{of['length']:.6g} x {of['width']:.6g}, an outline of {len(of['outline'])} corners",
-        f"a concave outline of {_pieces(of['concave_outline'])}, area {of['concave_area']:.6g}",
-    ],
-    "sphere": lambda of: [_cap(of)],
-    "cylinder": lambda of: [f"length {of['length']:.6g}", _arc(of)],
-    "cone": lambda of: [
-        f"height {of['start_height']:.6g} to {of['end_height']:.6g} from the apex",
-        f"radius {of['start_radius']:.6g} to {of['end_radius']:.6g}",
-        _arc(of),
-    ],
-    "torus": lambda of: [f"around the axis {_arc(of)}", f"around the tube {_arc(of, 'tube_')}"],
-}
+    return _labelled("extents", [*EXTENTS[extents["kind"]].words(extents), area])
 
 
 def _distances(error: Mapping[str, float]) -> list[Row]:

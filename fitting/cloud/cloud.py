@@ -8,7 +8,6 @@ import numpy as np
 from ..errors import InvalidPointCloudError
 from ..geometry.vectors import Array, principal
 from ..noise.rounding import ULPS, rounding_of
-from ..primitives import PRIMITIVES
 from .frame import Frame
 from .normals import local_planes
 from .order import canonical_order, canonical_sample, distance_keys, is_first, shuffled
@@ -29,12 +28,6 @@ LARGEST_COORDINATE = 1e100
 
 SMALLEST_EXTENT = 1e-100
 """Below this size of the bounding box they underflow."""
-
-FEW = 5
-"""Clouds of fewer than this many times the points that a kind takes are fitted without rejecting any."""
-
-FEWEST_PARAMETERS = min(primitive.dof for primitive in PRIMITIVES.values())
-"""Kinds most of whose parameters are fixed take as many points, where chance is reckoned with."""
 
 FLAT = 1e-10
 """Second singular value over the first below which points count as collinear, beyond their rounding."""
@@ -156,10 +149,6 @@ class Cloud:
             working=self.working - origin,
             tolerance=max(self.tolerance, rounding),
         )
-
-    def is_small(self, dof: int) -> bool:
-        """Whether a kind that takes `dof` points has too few here to reject any of them."""
-        return len(self.working) < FEW * max(dof, FEWEST_PARAMETERS)
 
 
 def _working(points: Array, keys: np.ndarray, weighted: bool, rng: np.random.Generator) -> np.ndarray:

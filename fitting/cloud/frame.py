@@ -6,7 +6,7 @@ from typing import Self, TypeVar
 import numpy as np
 
 from ..geometry.vectors import Array
-from ..primitives import Primitive
+from ..primitives.primitive import Primitive
 
 P = TypeVar("P", bound=Primitive)
 

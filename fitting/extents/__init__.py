@@ -1,34 +1,17 @@
-"""Where a recognised primitive begins and ends: one small file a kind, and the contract that they share."""
+"""Where a recognised primitive begins and ends: one file a kind, of its name."""
 
-from typing import Any
+from importlib import import_module
 
 import numpy as np
 from scipy.spatial import QhullError
 
 from ..geometry.vectors import Array
-from ..primitives import Primitive
-from .cone import ConeExtents
-from .cylinder import CylinderExtents
-from .plane import PlaneExtents
-from .sphere import SphereExtents
-from .torus import TorusExtents
+from ..names import KINDS
+from ..primitives.primitive import Primitive
+from .values import Extents
 
-__all__ = [
-    "EXTENTS",
-    "ConeExtents",
-    "CylinderExtents",
-    "Extents",
-    "PlaneExtents",
-    "SphereExtents",
-    "TorusExtents",
-    "extents_of",
-]
-
-Extents = PlaneExtents | SphereExtents | CylinderExtents | ConeExtents | TorusExtents
-
-EXTENTS: dict[str, Any] = {
-    extents.kind: extents
-    for extents in (PlaneExtents, SphereExtents, CylinderExtents, ConeExtents, TorusExtents)
+EXTENTS: dict[str, type[Extents]] = {
+    kind: getattr(import_module(f".{kind}", __name__), f"{kind.capitalize()}Extents") for kind in KINDS
 }
 
 
@@ -48,7 +31,7 @@ def extents_of(primitive: Primitive, points: Array, noise: float) -> Extents | N
         return None
     feet = points - primitive.signed_distance(points)[:, None] * primitive.gradient(points)
     try:
-        found: Extents = EXTENTS[primitive.kind].of(primitive, feet, noise)
+        found = EXTENTS[primitive.kind].of(primitive, feet, noise)
     except QhullError:
         return None
     return found if np.isfinite(found.area) and found.area > 0.0 else None

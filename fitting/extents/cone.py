@@ -1,7 +1,8 @@
 """The part of a cone that holds points: between two heights from the apex and two angles."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -9,11 +10,11 @@ from ..geometry.vectors import TINY, Array
 from ..primitives.cone import Cone
 from .around import Around
 from .spread import CHANCE, coverage, ends, turn
-from .values import Bounds, Length, Place
+from .values import Extents, Length, Place, arc_in_words
 
 
 @dataclass(frozen=True, eq=False)
-class ConeExtents(Bounds):
+class ConeExtents(Extents):
     """Where a cone begins and ends.
 
     Attributes
@@ -43,7 +44,7 @@ class ConeExtents(Bounds):
     full_turn: bool
 
     @classmethod
-    def of(cls, primitive: Cone, feet: Array, blur: float) -> "ConeExtents":
+    def of(cls, primitive: Cone, feet: Array, blur: float) -> Self:
         seen = Around.of(feet, primitive.apex, primitive.axis)
         height = np.maximum(seen.height, 0.0)
         # Squares of heights are areas: along them points are evenly dense.
@@ -71,3 +72,11 @@ class ConeExtents(Bounds):
             span=span,
             full_turn=full,
         )
+
+    @staticmethod
+    def words(of: Mapping[str, Any]) -> list[str]:
+        return [
+            f"height {of['start_height']:.6g} to {of['end_height']:.6g} from the apex",
+            f"radius {of['start_radius']:.6g} to {of['end_radius']:.6g}",
+            arc_in_words(of),
+        ]

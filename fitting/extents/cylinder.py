@@ -1,17 +1,18 @@
 """The part of a cylinder that holds points: between two heights and two angles."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 from ..geometry.vectors import TINY, Array
 from ..primitives.cylinder import Cylinder
 from .around import Around
 from .spread import coverage, ends, turn
-from .values import Bounds, Length, Place
+from .values import Extents, Length, Place, arc_in_words
 
 
 @dataclass(frozen=True, eq=False)
-class CylinderExtents(Bounds):
+class CylinderExtents(Extents):
     """Where a cylinder begins and ends.
 
     Attributes
@@ -35,7 +36,7 @@ class CylinderExtents(Bounds):
     full_turn: bool
 
     @classmethod
-    def of(cls, primitive: Cylinder, feet: Array, blur: float) -> "CylinderExtents":
+    def of(cls, primitive: Cylinder, feet: Array, blur: float) -> Self:
         seen = Around.of(feet, primitive.point, primitive.axis)
         low, high = ends(seen.height, (blur, blur))
         start, span, full = turn(seen.angle, blur / primitive.radius)
@@ -52,3 +53,7 @@ class CylinderExtents(Bounds):
             span=span,
             full_turn=full,
         )
+
+    @staticmethod
+    def words(of: Mapping[str, Any]) -> list[str]:
+        return [f"length {of['length']:.6g}", arc_in_words(of)]

@@ -1,7 +1,8 @@
 """The part of a plane that holds points: their outlines, convex and concave, and the smallest rectangle."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
@@ -11,7 +12,7 @@ from ..primitives.plane import Plane
 from .grid import Grid
 from .outline import concave
 from .spread import POINTS_A_CELL, ends
-from .values import Area, Bounds, Length, Place, Places
+from .values import Area, Extents, Length, Place, Places
 
 NEIGHBOURS = 6
 REACH = 3.0
@@ -27,7 +28,7 @@ OCTAGON = np.stack([np.cos(np.arange(8) * np.pi / 4.0), np.sin(np.arange(8) * np
 
 
 @dataclass(frozen=True, eq=False)
-class PlaneExtents(Bounds):
+class PlaneExtents(Extents):
     """The bounded plane; `area` and `coverage` are those of the convex outline.
 
     Attributes
@@ -54,7 +55,7 @@ class PlaneExtents(Bounds):
     width_direction: Array
 
     @classmethod
-    def of(cls, primitive: Plane, feet: Array, blur: float) -> "PlaneExtents":
+    def of(cls, primitive: Plane, feet: Array, blur: float) -> Self:
         frame = np.array(basis(primitive.normal))
         flat = (feet - primitive.point) @ frame.T
         kept, corners = _outlined(flat)
@@ -81,6 +82,13 @@ class PlaneExtents(Bounds):
             length_direction=vector(axes[0] @ frame),
             width_direction=vector(axes[1] @ frame),
         )
+
+    @staticmethod
+    def words(of: Mapping[str, Any]) -> list[str]:
+        return [
+            f"{of['length']:.6g} x {of['width']:.6g}, an outline of {len(of['outline'])} corners",
+            f"a concave outline of {_pieces(of['concave_outline'])}, area {of['concave_area']:.6g}",
+        ]
 
 
 def _outlined(flat: Array) -> tuple[Array, Array]:
@@ -180,3 +188,9 @@ def _coverage(points: Array, corners: Array) -> float:
     shapely.prepare(outline)
     inside = shapely.intersects_xy(outline, *grid.centers(np.ones_like(grid.counts)).T)
     return float((grid.counts.ravel()[inside] > 0).mean()) if inside.any() else 1.0
+
+
+def _pieces(outline: list[list[Any]]) -> str:
+    holes = sum(len(rings) - 1 for rings in outline)
+    parts = "one piece" if len(outline) == 1 else f"{len(outline)} pieces"
+    return parts if holes == 0 else f"{parts} with {'a hole' if holes == 1 else f'{holes} holes'}"

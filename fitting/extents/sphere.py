@@ -1,8 +1,9 @@
 """The part of a sphere that holds points: the smallest cap about them, a zone, or all of it."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -10,7 +11,7 @@ from scipy.spatial import cKDTree
 from ..geometry.vectors import TINY, Z_AXIS, Array, basis, unit
 from ..primitives.sphere import Sphere
 from .spread import CHANCE, USUAL, USUAL_GAPS, coverage, ends, turn
-from .values import Bounds, Length, Place
+from .values import Extents, Length, Place
 
 DIRECTIONS = 256
 """Directions that are asked where the sphere is empty ..."""
@@ -46,7 +47,7 @@ SPREAD = _spread()
 
 
 @dataclass(frozen=True, eq=False)
-class SphereExtents(Bounds):
+class SphereExtents(Extents):
     """A spherical cap, or a zone: a cap without a smaller one about its pole.
 
     Attributes
@@ -74,7 +75,7 @@ class SphereExtents(Bounds):
     start_rim_radius: Length
 
     @classmethod
-    def of(cls, primitive: Sphere, feet: Array, blur: float) -> "SphereExtents":
+    def of(cls, primitive: Sphere, feet: Array, blur: float) -> Self:
         directions = (feet - primitive.center) / primitive.radius
         radius = primitive.radius
         axis, depth = _cap(directions, blur / radius)
@@ -106,6 +107,16 @@ class SphereExtents(Bounds):
             start_rim_center=primitive.center + radius * (1.0 - low) * axis,
             start_rim_radius=radius * float(np.sin(start)),
         )
+
+    @staticmethod
+    def words(of: Mapping[str, Any]) -> list[str]:
+        if of["full_sphere"]:
+            return ["the full sphere"]
+        end, height = math.degrees(of["half_angle"]), of["height"]
+        if of["start_half_angle"] > 0.0:
+            start = math.degrees(of["start_half_angle"])
+            return [f"a zone from {start:.5g} to {end:.5g} degrees from its axis, height {height:.6g}"]
+        return [f"a cap of half-angle {end:.5g} degrees, height {height:.6g}"]
 
 
 def _angle(height: float) -> float:

@@ -1,7 +1,8 @@
 """The part of a torus that holds points: an arc around the axis and an arc around the tube."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -9,11 +10,11 @@ from ..geometry.vectors import TINY, Array
 from ..primitives.torus import Torus
 from .around import Around
 from .spread import coverage, ends, turn
-from .values import Bounds
+from .values import Extents, arc_in_words
 
 
 @dataclass(frozen=True, eq=False)
-class TorusExtents(Bounds):
+class TorusExtents(Extents):
     """The sweep of a torus.
 
     Attributes
@@ -38,7 +39,7 @@ class TorusExtents(Bounds):
     tube_full_turn: bool
 
     @classmethod
-    def of(cls, primitive: Torus, feet: Array, blur: float) -> "TorusExtents":
+    def of(cls, primitive: Torus, feet: Array, blur: float) -> Self:
         major, minor = primitive.major_radius, primitive.minor_radius
         seen = Around.of(feet, primitive.center, primitive.axis)
         steady = seen.steady
@@ -68,3 +69,7 @@ class TorusExtents(Bounds):
             tube_span=tube_span,
             tube_full_turn=tube_full,
         )
+
+    @staticmethod
+    def words(of: Mapping[str, Any]) -> list[str]:
+        return [f"around the axis {arc_in_words(of)}", f"around the tube {arc_in_words(of, 'tube_')}"]

@@ -1,5 +1,7 @@
 """What extents are made of: lengths, areas, points and directions that go from the frame to input units."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, ClassVar, Self, get_type_hints
 
@@ -34,7 +36,7 @@ Places = Annotated[tuple[tuple[Array, ...], ...], _places]
 
 
 @dataclass(frozen=True, eq=False)
-class Bounds:
+class Extents:
     """What the extents of all kinds have in common.
 
     Attributes
@@ -48,12 +50,30 @@ class Bounds:
     area: Area
     coverage: float
 
+    @classmethod
+    def of(cls, primitive: Any, feet: Array, blur: float) -> Self:
+        """Of a primitive of its kind, from feet (N, 3) of points on it and the scale of their noise."""
+        raise NotImplementedError
+
     def restored(self, frame: Frame) -> Self:
         """The same in the units of the input."""
         hints = get_type_hints(type(self), include_extras=True)
         units = {name: hint.__metadata__[0] for name, hint in hints.items() if hasattr(hint, "__metadata__")}
         return replace(self, **{name: to(getattr(self, name), frame) for name, to in units.items()})
 
+    @staticmethod
+    def words(of: Mapping[str, Any]) -> list[str]:
+        """Plain values, as `values` gives them, in some lines of text."""
+        raise NotImplementedError
+
     def values(self) -> dict[str, Any]:
         """Plain values for the answer, `kind` first."""
         return {"kind": self.kind} | {field.name: plain(getattr(self, field.name)) for field in fields(self)}
+
+
+def arc_in_words(of: Mapping[str, Any], prefix: str = "") -> str:
+    """An arc of plain values, whose names have the prefix."""
+    if of[f"{prefix}full_turn"]:
+        return "a full turn"
+    start, span = (math.degrees(of[f"{prefix}{name}"]) for name in ("start_angle", "span"))
+    return f"{span:.5g} degrees, from {start:.5g}"

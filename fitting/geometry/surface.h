@@ -36,8 +36,8 @@ typedef struct {
 
 typedef struct {
     const char *name;
-    /* Degrees of freedom, and the component of a step that adds to each number of the row, or -1. */
-    int dof, slots[3];
+    /* Degrees of freedom. */
+    int dof;
     /* Distances d (n); and with them derivatives j (dof, n), one array a component. */
     void (*distances)(const Surface *, Points, double *d);
     void (*slopes)(const Surface *, Points, double *d, double *j);

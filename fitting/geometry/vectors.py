@@ -87,6 +87,13 @@ def around_axis(points: Array, origin: Array, axis: Array) -> tuple[Array, Array
     return radial, rho, height
 
 
+def cylindrical(points: Array, origin: Array, axis: Array) -> tuple[Array, Array, Array]:
+    """Azimuth (N,) [rad] in the basis of the axis, distance from it, and height above `origin`."""
+    radial, rho, height = around_axis(points, origin, axis)
+    u, v = basis(axis)
+    return np.arctan2(radial @ v, radial @ u), rho, height
+
+
 def rows(
     directions: Array,
     anchors: Array,

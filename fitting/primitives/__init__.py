@@ -1,67 +1,21 @@
-"""The contract that the primitives share, and their table: one file each, of the name of its kind."""
+"""The table of the primitives, and the numbers of an answer by name."""
 
 from dataclasses import fields
 from importlib import import_module
-from typing import ClassVar, Protocol, Self
 
 import numpy as np
 
 from ..geometry.vectors import Array
 from ..names import KINDS
-
-
-class Primitive(Protocol):
-    """A frozen surface. Points are (N, 3); lengths carry the unit of the points, angles are radians."""
-
-    kind: ClassVar[str]
-    dof: ClassVar[int]
-
-    def signed_distance(self, points: Array) -> Array:
-        """Signed orthogonal distances, shape (N,), positive on the outer side."""
-        ...
-
-    def gradient(self, points: Array) -> Array:
-        """Unit gradients (N, 3) of the signed distance: x - d * gradient is the closest surface point."""
-        ...
-
-    def row(self) -> Array:
-        """The nine numbers that the compiled search steps in; see `fitting.solver._descent`."""
-        ...
-
-    @classmethod
-    def from_row(cls, row: Array) -> Self:
-        """The surface of such a row."""
-        ...
-
-    def transformed(self, rotation: Array, translation: Array, scale: float) -> Self:
-        """The surface carried along by  x -> scale * rotation @ x + translation."""
-        ...
-
-    @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
-        """Closed-form starts, as rows (K, 9), from a sample (N, 3) with unit normals (N, 3).
-
-        The sample is in the normalised frame.
-        Normals help, but poor ones do no harm: starts that need none are always among them.
-        """
-        ...
-
-    def canonical(self, center: Array) -> Self:
-        """The same surface in its one sign and order; free points are those closest to `center`."""
-        ...
-
-    def simpler_kinds(self, extent: float) -> tuple[str, ...]:
-        """Simpler kinds that this surface nearly is, over a cloud whose rms radius is `extent`."""
-        ...
-
-    def surface(self, u: Array, v: Array) -> Array:
-        """Points of the surface, shape (..., 3), at parameters that broadcast against each other."""
-        ...
-
+from .primitive import Primitive
 
 PRIMITIVES: dict[str, type[Primitive]] = {
     kind: getattr(import_module(f".{kind}", __name__), kind.capitalize()) for kind in KINDS
 }
+
+DIRECTIONS = ("axis", "normal")
+SIZES = ("radius", "half_angle", "major_radius", "minor_radius")
+VECTORS = (*DIRECTIONS, "center", "apex", "point")
 
 
 def parameters(primitive: Primitive) -> dict[str, str | float | list[float]]:
@@ -71,3 +25,35 @@ def parameters(primitive: Primitive) -> dict[str, str | float | list[float]]:
         value = getattr(primitive, field.name)
         values[field.name] = value if isinstance(value, float) else value.tolist()
     return values
+
+
+def parameters_of(kind: str) -> tuple[str, ...]:
+    """The names of a kind's parameters, in the order of its answer."""
+    return tuple(field.name for field in fields(PRIMITIVES[kind]))  # type: ignore[arg-type]
+
+
+def direction_of(kind: str) -> str | None:
+    """The name of its axis or normal, or None where it has none."""
+    return next((name for name in parameters_of(kind) if name in DIRECTIONS), None)
+
+
+def names_of(kind: str) -> tuple[str, ...]:
+    """The numbers of a kind in the order of its answer, vectors by component: `axis.x`, `radius`."""
+    names: list[str] = []
+    for field in fields(PRIMITIVES[kind]):  # type: ignore[arg-type]
+        names += [f"{field.name}.{letter}" for letter in "xyz"] if field.name in VECTORS else [field.name]
+    return tuple(names)
+
+
+def is_length(name: str) -> bool:
+    """Whether a number carries the unit of the points; directions and angles do not."""
+    return name != "half_angle" and name.split(".")[0] not in DIRECTIONS
+
+
+def values_of(primitive: Primitive) -> Array:
+    """The numbers of a primitive in the order of `names_of`."""
+    numbers: list[float] = []
+    for field in fields(primitive):  # type: ignore[arg-type]
+        value = getattr(primitive, field.name)
+        numbers += value.tolist() if field.name in VECTORS else [value]
+    return np.array(numbers)

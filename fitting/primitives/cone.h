@@ -70,4 +70,4 @@ static void cone_step(Surface *s, const double *step)
     cone_settle(s);
 }
 
-#define CONE_KIND {"cone", 6, {4, -1, 5}, cone_distances, cone_slopes, cone_step, cone_settle, level_axis}
+#define CONE_KIND {"cone", 6, cone_distances, cone_slopes, cone_step, cone_settle, level_axis}

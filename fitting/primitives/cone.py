@@ -14,16 +14,36 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import Seen, axis_directions, robust_linear_solve
-from ..geometry.vectors import TINY, Array, around_axis, basis, foot_of_origin, rows, unit, vector
+from ..geometry.axes import Seen, axis_directions, random_subsets, robust_linear_solve
+from ..geometry.turning import bent_straight
+from ..geometry.vectors import (
+    TINY,
+    Array,
+    around_axis,
+    basis,
+    cross,
+    cylindrical,
+    foot_of_origin,
+    rows,
+    unit,
+    vector,
+)
+from .primitive import NO_ROWS, Chart, Known, Limited, Number, Primitive
 
 CYLINDER_LIKE = np.radians(5.0)
 PLANE_LIKE = np.radians(80.0)
 """Half-angles outside these ask for a look at the cylinder or the plane."""
 
 
+APEX_TRIPLES = 24
+"""Triples of points that lead from a known apex to a cone."""
+
+BEGIN = 0.05
+"""Share of the points of a cone below where they begin."""
+
+
 @dataclass(frozen=True, eq=False)
-class Cone:
+class Cone(Primitive):
     """One nappe of a cone; `axis` points from `apex` into it, `half_angle` [rad] in (0, pi/2)."""
 
     apex: Array
@@ -32,6 +52,11 @@ class Cone:
 
     kind: ClassVar[str] = "cone"
     dof: ClassVar[int] = 6
+    chart: ClassVar[Chart] = Chart(
+        tilts=(0, 1), shifts=(2, 3, 5), across=((0, 1), (2, 3)), numbers={"half_angle": Number(4, 6)}
+    )
+    """The offset is the apex's position along the axis."""
+    form: ClassVar[str] = "conicity"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "apex", vector(self.apex))
@@ -80,6 +105,79 @@ class Cone:
         angles = np.arctan(np.sqrt(m))
         feet = seen.placed(a / 2.0, b / 2.0)
         return rows(side[:, None] * seen.axes, feet, angles, offset=-side * apex * np.sin(angles))
+
+    def derivative(self, center: Array) -> Array:
+        """apex = f + s - offset / sin(angle) (a + t)."""
+        row = self.row()
+        axis, angle, offset = row[:3], row[6], row[8]
+        across, sine = np.stack(basis(axis), axis=1), np.sin(angle)
+        result = np.zeros((7, 6))
+        result[:3, :2] = -offset / sine * across
+        result[:3, 2:4] = across
+        result[:3, 4] = offset * np.cos(angle) / sine**2 * axis
+        result[:3, 5] = -axis / sine
+        result[3:6, :2] = across
+        result[6, 4] = 1.0
+        return result
+
+    @staticmethod
+    def impose(row: Array, points: Array, limits: Limited) -> None:
+        """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""
+        if limits.pinned:
+            row[8] = 0.0
+        row[3:6] = foot_of_origin(row[3:6], row[:3])
+        radial, rho, height = around_axis(points, row[3:6], row[:3])
+        if limits.pinned:
+            if np.median(height) < 0.0:
+                row[:3], height = -row[:3], -height
+            row[6] = np.median(np.arctan2(rho, height))
+        apex = row[3:6] - row[8] / np.sin(row[6]) * row[:3]
+        grown = limits.clip(row, 6)
+        if not limits.pinned:
+            if limits.reference is None:
+                lean = (radial / (rho + TINY)[:, None]).mean(axis=0)
+                row[:3] = unit(np.cos(grown) * row[:3] - np.sin(grown) * lean)
+                row[3:6] = foot_of_origin(apex, row[:3])
+                _, rho, height = around_axis(points, row[3:6], row[:3])
+            row[8] = np.median(rho * np.cos(row[6]) - height * np.sin(row[6]))
+
+    def bent_row(self, step: Array) -> Array | None:
+        """By its curvatures across and along the generators' turn."""
+        return bent_straight(self.row(), step, is_cone=True)
+
+    def coordinates(self, feet: Array, extent: float) -> list[tuple[Array, float]]:
+        azimuth, _, height = cylindrical(feet, self.apex, self.axis)
+        return [(azimuth, 2.0 * np.pi), (height / extent, 0.0)]
+
+    def most_curved(self, feet: Array) -> tuple[Array, float]:
+        """The apex along the axis, beside the height at which the points begin."""
+        begin = np.quantile(np.abs((feet - self.apex) @ self.axis), BEGIN)
+        return np.concatenate([self.axis, np.zeros(4)]), float(begin)
+
+    @classmethod
+    def guesses_given(cls, known: Known, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+        found = [NO_ROWS]
+        if known.direction is not None:
+            found.append(cls.rows_about(Seen.along(known.direction[None], points, normals)))
+        if known.position is not None:
+            found.append(cls.rows_from(known.position, points, rng))
+        return np.vstack(found)
+
+    @classmethod
+    def rows_from(cls, apex: Array, points: Array, rng: np.random.Generator) -> Array:
+        """Cones (K, 9) of an apex through three random points each.
+
+        Directions from it make one angle with the axis, so their tips lie in a plane across it. The angle is
+        left to the points.
+        """
+        directions = points - apex
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True) + TINY
+        tips = directions[random_subsets(len(points), 3, APEX_TRIPLES, rng)]
+        axes = cross(tips[:, 1] - tips[:, 0], tips[:, 2] - tips[:, 0])
+        lengths = np.linalg.norm(axes, axis=1)
+        axes = axes[lengths > 1e-9] / lengths[lengths > 1e-9, None]
+        feet = np.array([foot_of_origin(apex, axis) for axis in axes]).reshape(-1, 3)
+        return rows(axes, feet, np.pi / 4, offset=-(axes @ apex) * np.sin(np.pi / 4))
 
     def canonical(self, center: Array) -> Self:
         return self

@@ -33,4 +33,4 @@ static void cylinder_step(Surface *s, const double *step)
 static void cylinder_settle(Surface *s) { refoot(s); }
 
 #define CYLINDER_KIND \
-    {"cylinder", 5, {-1, -1, 4}, cylinder_distances, cylinder_slopes, cylinder_step, cylinder_settle, level_axis}
+    {"cylinder", 5, cylinder_distances, cylinder_slopes, cylinder_step, cylinder_settle, level_axis}

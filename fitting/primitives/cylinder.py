@@ -10,24 +10,27 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..geometry.axes import Seen, axis_directions, circles
+from ..geometry.turning import bent_straight
 from ..geometry.vectors import (
     TINY,
     Array,
     around_axis,
     basis,
     canonical_direction,
+    cylindrical,
     foot_of_origin,
     rows,
     unit,
     vector,
 )
+from .primitive import NO_ROWS, Chart, Known, Limited, Number, Primitive
 
 PLANE_LIKE = 5.0
 """A radius beyond this many extents asks for a look at the plane."""
 
 
 @dataclass(frozen=True, eq=False)
-class Cylinder:
+class Cylinder(Primitive):
     """An infinite cylinder about the line through `point` along the unit `axis`; positive outside."""
 
     axis: Array
@@ -36,6 +39,11 @@ class Cylinder:
 
     kind: ClassVar[str] = "cylinder"
     dof: ClassVar[int] = 5
+    chart: ClassVar[Chart] = Chart(
+        tilts=(0, 1), shifts=(2, 3), across=((0, 1), (2, 3)), numbers={"radius": Number(4, 8)}
+    )
+    form: ClassVar[str] = "cylindricity"
+    has_sign: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "axis", unit(self.axis))
@@ -71,6 +79,43 @@ class Cylinder:
         """For each direction, the circle through the points seen along it."""
         x, y, radii = circles(seen.x, seen.y, rounds)
         return rows(seen.axes, seen.placed(x, y), offset=radii)
+
+    def derivative(self, center: Array) -> Array:
+        """a' = a + t, f' = f + s - (t . f) a, p = f + ((c - f) . a) a, where (t . f) a drops out."""
+        row = self.row()
+        axis, relative = row[:3], center - row[3:6]
+        across = np.stack(basis(axis), axis=1)
+        result = np.zeros((7, 5))
+        result[:3, :2] = across
+        result[3:6, :2] = np.outer(axis, relative @ across) + (relative @ axis) * across
+        result[3:6, 2:4] = across
+        result[6, 4] = 1.0
+        return result
+
+    @staticmethod
+    def impose(row: Array, points: Array, limits: Limited) -> None:
+        """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""
+        row[3:6] = foot_of_origin(row[3:6], row[:3])
+        radial, rho, _ = around_axis(points, row[3:6], row[:3])
+        if limits.pinned:
+            row[8] = np.median(rho)
+        grown = limits.clip(row, 8)
+        if not limits.pinned:
+            row[3:6] -= grown * (radial / (rho + TINY)[:, None]).mean(axis=0)
+
+    def bent_row(self, step: Array) -> Array | None:
+        """By its curvature 1 / r."""
+        return bent_straight(self.row(), step, is_cone=False)
+
+    def coordinates(self, feet: Array, extent: float) -> list[tuple[Array, float]]:
+        azimuth, _, height = cylindrical(feet, self.point, self.axis)
+        return [(azimuth, 2.0 * np.pi), (height / extent, 0.0)]
+
+    @classmethod
+    def guesses_given(cls, known: Known, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+        if known.direction is None:
+            return NO_ROWS
+        return cls.rows_about(Seen.along(known.direction[None], points, normals))
 
     def canonical(self, center: Array) -> Self:
         """Same cylinder, axis in its canonical sign, point closest to `center`."""

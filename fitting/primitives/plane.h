@@ -29,4 +29,4 @@ static void plane_step(Surface *s, const double *step)
     tilt(s->axis, u, v, step);
 }
 
-#define PLANE_KIND {"plane", 3, {-1, -1, -1}, plane_distances, plane_slopes, plane_step, stays, level_pair}
+#define PLANE_KIND {"plane", 3, plane_distances, plane_slopes, plane_step, stays, level_pair}

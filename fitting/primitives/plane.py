@@ -9,13 +9,14 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..geometry.axes import random_subsets
-from ..geometry.vectors import Array, basis, canonical_direction, cross, rows, unit, vector
+from ..geometry.vectors import Array, basis, canonical_direction, cross, principal, rows, unit, vector
+from .primitive import NO_ROWS, Chart, Known, Limited, Primitive
 
 RANDOM_PLANES = 24
 
 
 @dataclass(frozen=True, eq=False)
-class Plane:
+class Plane(Primitive):
     """A plane through `point` with unit `normal`; positive on the side the normal points to."""
 
     normal: Array
@@ -23,6 +24,11 @@ class Plane:
 
     kind: ClassVar[str] = "plane"
     dof: ClassVar[int] = 3
+    chart: ClassVar[Chart] = Chart(tilts=(0, 1), shifts=(2,), across=((0, 1),), numbers={})
+    form: ClassVar[str] = "flatness"
+    quadrics: ClassVar[int] = 4
+    flat: ClassVar[bool] = True
+    has_sign: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "normal", unit(self.normal))
@@ -55,6 +61,33 @@ class Plane:
         wide = length > 1e-9
         directions = np.vstack([vectors[:, 0], across[wide] / length[wide, None]])
         return rows(directions, np.vstack([center, corners[wide, 0]]))
+
+    def derivative(self, center: Array) -> Array:
+        """n' = n + t, p = c - (c . n - h) n with h = f . n, for a tilt t and the centre c."""
+        row = self.row()
+        normal, height = row[:3], row[3:6] @ row[:3]
+        result = np.zeros((6, 3))
+        tilts = np.stack(basis(normal), axis=1)
+        result[:3, :2] = tilts
+        result[3:, :2] = (height - center @ normal) * tilts - np.outer(normal, center @ tilts)
+        result[3:, 2] = normal
+        return result
+
+    @staticmethod
+    def impose(row: Array, points: Array, limits: Limited) -> None:
+        """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""
+        if not limits.pinned:
+            row[3:6] = np.median(points @ row[:3]) * row[:3]
+
+    def coordinates(self, feet: Array, extent: float) -> list[tuple[Array, float]]:
+        axes = principal(feet)[1]
+        return [(feet @ axes[:, 0] / extent, 0.0), (feet @ axes[:, 1] / extent, 0.0)]
+
+    @classmethod
+    def guesses_given(cls, known: Known, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+        if known.direction is None:
+            return NO_ROWS
+        return rows(known.direction, np.median(points, axis=0))[None]
 
     def canonical(self, center: Array) -> Self:
         """Same plane, normal in its canonical sign, point closest to `center`."""

@@ -30,4 +30,4 @@ static void sphere_level(double *values)
     values[0] = values[1] = values[2] = (values[0] + values[1] + values[2]) / 3.0;
 }
 
-#define SPHERE_KIND {"sphere", 4, {-1, -1, 3}, sphere_distances, sphere_slopes, sphere_step, stays, sphere_level}
+#define SPHERE_KIND {"sphere", 4, sphere_distances, sphere_slopes, sphere_step, stays, sphere_level}

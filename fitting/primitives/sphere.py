@@ -9,7 +9,9 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..geometry.axes import random_subsets, robust_linear_solve
-from ..geometry.vectors import TINY, Z_AXIS, Array, rows, vector
+from ..geometry.turning import NEARER, inverse, turned
+from ..geometry.vectors import TINY, Z_AXIS, Array, basis, rows, vector
+from .primitive import Chart, Limited, Number, Primitive
 
 PLANE_LIKE = 5.0
 """A radius beyond this many extents asks for a look at the plane."""
@@ -18,7 +20,7 @@ RANDOM_SPHERES = 24
 
 
 @dataclass(frozen=True, eq=False)
-class Sphere:
+class Sphere(Primitive):
     """A sphere; positive outside."""
 
     center: Array
@@ -26,6 +28,8 @@ class Sphere:
 
     kind: ClassVar[str] = "sphere"
     dof: ClassVar[int] = 4
+    chart: ClassVar[Chart] = Chart(tilts=(), shifts=(0, 1, 2), across=(), numbers={"radius": Number(3, 8)})
+    form: ClassVar[str] = "sphericity"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", vector(self.center))
@@ -63,6 +67,37 @@ class Sphere:
         centers = solution[:, :3] / 2.0
         radii = np.sqrt(np.maximum(solution[:, 3] + np.einsum("ki,ki->k", centers, centers), 1e-12))
         return rows(np.broadcast_to(Z_AXIS, centers.shape), centers, offset=radii)
+
+    def derivative(self, center: Array) -> Array:
+        """The numbers are the coordinates of a step."""
+        return np.eye(4)
+
+    @staticmethod
+    def impose(row: Array, points: Array, limits: Limited) -> None:
+        """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""
+        relative = points - row[3:6]
+        distance = np.linalg.norm(relative, axis=1)
+        if limits.pinned:
+            row[8] = np.median(distance)
+        grown = limits.clip(row, 8)
+        if not limits.pinned:
+            row[3:6] -= grown * (relative / (distance + TINY)[:, None]).mean(axis=0)
+
+    def bent_row(self, step: Array) -> Array | None:
+        """By its curvature 1 / r."""
+        row = self.row()
+        center, radius = row[3:6], row[8]
+        away = float(np.linalg.norm(center))
+        distance = away - radius
+        if abs(distance) > NEARER * radius or radius == 0.0:
+            return None
+        normal = -center / away
+        frame = np.stack([normal, *basis(normal)])
+        shift = frame @ step[:3]
+        frame = turned(frame, np.array([0.0, shift[2], -shift[1]]) / away)
+        radius = inverse((1.0 - step[3] / radius) / radius)
+        distance -= shift[0] + step[3]
+        return rows(row[:3], -(distance + radius) * frame[0], offset=abs(radius))
 
     def canonical(self, center: Array) -> Self:
         return self

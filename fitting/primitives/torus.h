@@ -33,4 +33,4 @@ static void torus_step(Surface *s, const double *step)
     s->numbers[2] = fabs(s->numbers[2] + step[6]);
 }
 
-#define TORUS_KIND {"torus", 7, {-1, 5, 6}, torus_distances, torus_slopes, torus_step, stays, level_axis}
+#define TORUS_KIND {"torus", 7, torus_distances, torus_slopes, torus_step, stays, level_axis}

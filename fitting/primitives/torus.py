@@ -4,6 +4,7 @@ Signed distance, with the centre c, the unit axis a, h = a . (x - c), rho = dist
 radii R (major) and r (minor):  d(x) = w - r  with  w = hypot(rho - R, h).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -17,7 +18,21 @@ from ..geometry.axes import (
     revolution_axis,
     robust_linear_solve,
 )
-from ..geometry.vectors import TINY, Array, around_axis, basis, canonical_direction, cross, rows, unit, vector
+from ..geometry.turning import NEARER, inverse, turned
+from ..geometry.vectors import (
+    TINY,
+    Array,
+    around_axis,
+    basis,
+    canonical_direction,
+    cross,
+    cylindrical,
+    rows,
+    unit,
+    vector,
+)
+from .cylinder import Cylinder
+from .primitive import NO_ROWS, Chart, Known, Limited, Number, Primitive
 
 CYLINDER_LIKE = 5.0
 """A major radius beyond this many extents asks for a look at the cylinder."""
@@ -28,12 +43,15 @@ SPHERE_LIKE = 0.1
 SMALLEST_MAJOR = 0.05
 """Guesses start with at least this major radius, in extents: at 0 the axis has no meaning."""
 
+BENT_CYLINDERS = 3
+"""So many cylinders are bent for starts of tori."""
+
 LEAST_CURVATURE = 0.01
 """Bent cylinders start with at least this curvature, over extents: at 0 they have no centre."""
 
 
 @dataclass(frozen=True, eq=False)
-class Torus:
+class Torus(Primitive):
     """A torus; positive outside the tube.
 
     With `major_radius` below `minor_radius` it is a spindle torus, of which the outer sheet counts
@@ -47,6 +65,15 @@ class Torus:
 
     kind: ClassVar[str] = "torus"
     dof: ClassVar[int] = 7
+    chart: ClassVar[Chart] = Chart(
+        tilts=(0, 1),
+        shifts=(2, 3, 4),
+        across=((0, 1), (2, 3)),
+        numbers={"major_radius": Number(5, 7), "minor_radius": Number(6, 8)},
+    )
+    form: ClassVar[str] = "toroidal form"
+    quadrics: ClassVar[int] = 0
+    has_sign: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", vector(self.center))
@@ -154,6 +181,83 @@ class Torus:
         return rows(
             axes, on_axis + major[:, None] * towards, major=major, offset=cylinders[:, 8] + found[:, 6]
         )
+
+    def derivative(self, center: Array) -> Array:
+        """Centre and axis move as the step says, and the radii."""
+        row = self.row()
+        axis = row[:3]
+        across = np.stack(basis(axis), axis=1)
+        result = np.zeros((8, 7))
+        result[:3, 2:4], result[:3, 4] = across, axis
+        result[3:6, :2] = across
+        result[6, 5] = result[7, 6] = 1.0
+        return result
+
+    @staticmethod
+    def impose(row: Array, points: Array, limits: Limited) -> None:
+        """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""
+        radial, rho, height = around_axis(points, row[3:6], row[:3])
+        grown = limits.clip(row, 7)
+        if not limits.pinned:
+            row[3:6] -= grown * (radial / (rho + TINY)[:, None]).mean(axis=0)
+            _, rho, height = around_axis(points, row[3:6], row[:3])
+        row[8] = np.median(np.hypot(rho - row[7], height))
+        limits.clip(row, 8)
+
+    def bent_row(self, step: Array) -> Array | None:
+        """By its curvatures 1 / r, cos v / rho and -sin v / rho, v the foot's azimuth around the tube."""
+        row = self.row()
+        axis, center, major, minor = row[:3], row[3:6], row[7], row[8]
+        height = -float(center @ axis)
+        outward = -center - height * axis
+        away = float(np.linalg.norm(outward))
+        tube = float(np.hypot(away - major, height))
+        distance = tube - minor
+        if abs(distance) > NEARER * min(minor, away) or away == 0.0 or minor == 0.0:
+            return None
+        outward = outward / away
+        across = np.array(cross(axis, outward))
+        tangents = np.stack(basis(axis))
+        tilt, shift = step[:2] @ tangents, step[2:4] @ tangents
+        cosine, sine = (away - major) / tube, height / tube
+        height_by = away * (outward @ tilt) - step[4]
+        away_by = -shift @ outward - height * (tilt @ outward)
+        turn = (cosine * height_by - sine * (away_by - step[5])) / tube
+        distance += cosine * (away_by - step[5]) + sine * height_by - step[6]
+        rho = major + minor * cosine
+        rho_by = step[5] + step[6] * cosine - minor * sine * turn
+        rotation = np.array(
+            [-tilt @ across, -(shift @ across + height * (tilt @ across)) / away, tilt @ outward - turn]
+        )
+        outward, axis, across = turned(np.stack([outward, axis, across]), rotation)
+        normal, meridian = cosine * outward + sine * axis, cosine * axis - sine * outward
+        along_normal = (cosine - sine * turn - cosine * rho_by / rho) / rho
+        along_meridian = -(sine + cosine * turn - sine * rho_by / rho) / rho
+        rho = inverse(float(np.hypot(along_normal, along_meridian)))
+        cosine, sine = along_normal * rho, -along_meridian * rho
+        outward, axis = cosine * normal - sine * meridian, sine * normal + cosine * meridian
+        minor = inverse((1.0 - step[6] / minor) / minor)
+        center = -distance * normal - rho * outward - minor * sine * axis
+        return rows(axis, center, major=abs(rho - minor * cosine), offset=abs(minor))
+
+    def coordinates(self, feet: Array, extent: float) -> list[tuple[Array, float]]:
+        azimuth, rho, height = cylindrical(feet, self.center, self.axis)
+        return [(azimuth, 2.0 * np.pi), (np.arctan2(height, rho - self.major_radius), 2.0 * np.pi)]
+
+    @classmethod
+    def guesses_given(cls, known: Known, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+        if known.direction is None:
+            return NO_ROWS
+        seen = Seen.along(known.direction[None], points, normals)
+        return cls.rows_about(seen, revolution_axis(points, normals))
+
+    @classmethod
+    def later_guesses(
+        cls, points: Array, normals: Array, rng: np.random.Generator, settled: Callable[[str, Array], Array]
+    ) -> Array:
+        """The tori that the better ones of the cylinders bend into: they need no good normals."""
+        cylinders = settled("cylinder", Cylinder.initial_guesses(points, normals, rng))
+        return cls.rows_bent(cylinders[:BENT_CYLINDERS], points)
 
     def canonical(self, center: Array) -> Self:
         return type(self)(self.center, canonical_direction(self.axis), self.major_radius, self.minor_radius)

@@ -6,7 +6,8 @@ import numpy as np
 
 from ..errors import InvalidOptionError
 from ..names import CRITERIA, KINDS, Criterion
-from ..primitives import PRIMITIVES, Primitive, parameters
+from ..primitives import PRIMITIVES, parameters, parameters_of
+from ..primitives.primitive import Primitive
 from .constraints import UNCONSTRAINED, Constraints
 from .guess import guess_of
 from .values import number, positive
@@ -17,7 +18,7 @@ EXTREME = ("minimum_zone", "minimum_circumscribed", "maximum_inscribed")
 COUNTING_ALL = ("least_squares", *EXTREME)
 """Criteria by which every point counts, whatever its distance."""
 
-WITH_A_RADIUS = ("sphere", "cylinder")
+WITH_A_RADIUS = tuple(kind for kind in KINDS if "radius" in parameters_of(kind))
 FITTING_KINDS = {"minimum_circumscribed": WITH_A_RADIUS, "maximum_inscribed": WITH_A_RADIUS}
 """Kinds that a criterion is defined for, where that is not all of them."""
 

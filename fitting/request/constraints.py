@@ -13,8 +13,9 @@ import numpy as np
 from ..errors import InvalidOptionError
 from ..geometry.vectors import Array, unit, vector
 from ..names import KINDS
-from ..primitives import PRIMITIVES, Primitive
-from ..primitives.chart import worded
+from ..plain import worded
+from ..primitives import parameters_of
+from ..primitives.primitive import Primitive
 from .values import Triple, direction, number, positive, triple
 
 P = TypeVar("P", bound=Primitive)
@@ -99,7 +100,7 @@ class Constraints:
 
     def on(self, kind: str) -> dict[str, Any]:
         """Those that act on a kind."""
-        names = {field.name for field in fields(PRIMITIVES[kind])}  # type: ignore[arg-type]
+        names = parameters_of(kind)
         return {name: value for name, value in self.given.items() if name in names}
 
     def check_kinds(self, kinds: tuple[str, ...]) -> None:

@@ -1,12 +1,12 @@
 """A primitive that the caller gives as plain values, as it stands in an answer."""
 
 from collections.abc import Mapping
-from dataclasses import fields
 from typing import Any
 
 from ..errors import InvalidOptionError
 from ..names import KINDS
-from ..primitives import PRIMITIVES, Primitive
+from ..primitives import PRIMITIVES, parameters_of
+from ..primitives.primitive import Primitive
 from .constraints import LARGEST_ANGLE, SMALLEST_ANGLE, angle_error
 from .values import direction, positive, triple
 
@@ -22,7 +22,7 @@ def guess_of(values: object) -> Primitive:
         raise InvalidOptionError(
             f"initial_guess.kind is {kind!r:.40}; allowed are {', '.join(KINDS)}", "initial_guess.kind"
         )
-    names = tuple(field.name for field in fields(PRIMITIVES[kind]))  # type: ignore[arg-type]
+    names = parameters_of(kind)
     if set(values) != {"kind", *names}:
         raise InvalidOptionError(
             f"initial_guess holds {', '.join(sorted(map(str, values)))}; "

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..cloud.frame import Frame
 from ..errors import InvalidOptionError
-from ..primitives import Primitive
+from ..primitives.primitive import Primitive
 from .constraints import Constraints, Direction, Range
 
 FARTHEST = 1e9

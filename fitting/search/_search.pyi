@@ -2,7 +2,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.vectors import Array
-from ..solver._limits import Bounds
+from ..trial._limits import Bounds
 
 def settle(
     kind: int,

@@ -7,7 +7,7 @@ from libc.stdlib cimport free
 import numpy as np
 
 from ..solver._descent cimport BLOCK, columns, descend, load, store
-from ..solver._limits cimport MOST, Bounds, Held, Points, Surface, held_by, linearize
+from ..trial._limits cimport MOST, Bounds, Held, Points, Surface, held_by, linearize
 
 cdef extern from "noise/kernels.h" nogil:
     enum:

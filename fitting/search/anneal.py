@@ -8,14 +8,16 @@ from ..geometry.vectors import TINY, Array
 from ..noise.exact import exact_points
 from ..noise.kernels import Kernel
 from ..noise.scale import CORE, CORE_DEVIATION
-from ..primitives import PRIMITIVES, Primitive
-from ..solver.limits import Limits, dof_within
+from ..primitives.primitive import Primitive
 from ..solver.refine import CODES
+from ..trial.trial import Trial
 from . import _search
 from .starts import distinct_starts
 from .view import View
 
 SHRINK = 0.7
+SLOW_SHRINK = 0.85
+"""Factor between the kernel scales of one step and the next; the slow one finds smaller exact subsets."""
 
 ENOUGH_EXACT = 0.3
 """If the best start finds an exact subset of this share, no other is annealed."""
@@ -38,48 +40,39 @@ class Annealed:
     exact_share: float
 
 
-def search(kind: str, starts: Array, view: View) -> Annealed:
+def search(starts: Array, view: View) -> Annealed:
     """The best end of annealing from the first of the starts (K, 9), and from others where they are asked."""
-    best = anneal(kind, starts[0], view.points, view.tolerance, limits=view.limits)
+    best = anneal(view.trial, starts[0], view.points)
     if best.exact_share >= ENOUGH_EXACT:
         return best
-    others = distinct_starts(kind, starts[1:], view)
-    ends = (anneal(kind, row, view.points, view.tolerance, limits=view.limits) for row in others)
+    ends = (anneal(view.trial, row, view.points) for row in distinct_starts(starts[1:], view))
     return best_of([best, *ends], view.points)
 
 
-def anneal(
-    kind: str,
-    row: Array,
-    points: Array,
-    tolerance: float,
-    shrink: float = SHRINK,
-    limits: Limits | None = None,
-) -> Annealed:
+def anneal(trial: Trial, row: Array, points: Array, shrink: float = SHRINK) -> Annealed:
     """Refine under a Geman-McClure kernel whose scale shrinks to the noise, and on to an exact subset.
 
     Source: graduated non-convexity, Black and Rangarajan, IJCV 19, 1996; Yang et al., IEEE RA-L 5, 2020.
     """
-    dof = dof_within(kind, limits)
-    need = max(2 * dof + 2, int(np.ceil(LOST * len(points))))
+    tolerance, dof = trial.cloud.tolerance, trial.dof
     row, at_noise = _search.anneal(
-        CODES[kind],
+        CODES[trial.kind],
         row,
         points,
-        tolerance,
-        shrink,
-        LOCKED,
-        AT_NOISE,
-        need,
-        CORE,
-        CORE_DEVIATION,
-        None if limits is None else limits.bounds,
+        tolerance=tolerance,
+        shrink=shrink,
+        locked=LOCKED,
+        at_noise=AT_NOISE,
+        need=max(2 * dof + 2, int(np.ceil(LOST * len(points)))),
+        core=CORE,
+        deviation=CORE_DEVIATION,
+        limits=trial.bounds,
     )
-    primitive = PRIMITIVES[kind].from_row(row)
+    primitive = trial.primitive.from_row(row)
     exact = exact_points(np.abs(primitive.signed_distance(points)), tolerance, dof)
     if exact.any():
         return Annealed(primitive, float(exact.mean()))
-    return Annealed(primitive if at_noise is None else PRIMITIVES[kind].from_row(at_noise), 0.0)
+    return Annealed(primitive if at_noise is None else trial.primitive.from_row(at_noise), 0.0)
 
 
 def best_of(ends: list[Annealed], points: Array) -> Annealed:

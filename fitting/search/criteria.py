@@ -9,10 +9,10 @@ from ..cloud.cloud import Cloud
 from ..errors import FailedFit
 from ..geometry.vectors import Array
 from ..noise.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
-from ..primitives import PRIMITIVES, Primitive
-from ..solver.limits import Limits, dof_within
+from ..primitives.primitive import Primitive
 from ..solver.newton import newton
 from ..solver.refine import Refined, refine
+from ..trial.trial import Trial
 from ..zones.extreme import maximum_inscribed, minimum_circumscribed, minimum_zone
 
 COMPARED_POINTS = 160
@@ -40,74 +40,68 @@ AT_REST = 1e-9
 FEW_POINTS = 60
 """So few points leave several minima of extreme distances: more starts are tried."""
 
-Finisher = Callable[[Primitive, Array, Cloud, Limits | None], Primitive | FailedFit]
-"""From the robust fit, the rows (K, 9) of all starts, the cloud and its limits to the criterion's primitive.
+Finisher = Callable[[Primitive, Array, Trial], Primitive | FailedFit]
+"""From the robust fit and the rows (K, 9) of all starts of a trial to the criterion's primitive.
 
 Weights and limits are those of the refinement; the metrology criteria have neither."""
 
 
-def robust(fitted: Primitive, starts: Array, cloud: Cloud, limits: Limits | None) -> Primitive:
+def robust(fitted: Primitive, starts: Array, trial: Trial) -> Primitive:
     """The robust fit as it is."""
     return fitted
 
 
-def least_squares(
-    fitted: Primitive, starts: Array, cloud: Cloud, limits: Limits | None
-) -> Primitive | FailedFit:
+def least_squares(fitted: Primitive, starts: Array, trial: Trial) -> Primitive | FailedFit:
     """Least squares over all points, which the robust fit to few points is already."""
-    small = cloud.is_small(dof_within(fitted.kind, limits))
-    return fitted if small else cheapest_minimum(fitted, starts, cloud, limits)
+    return fitted if trial.is_small else cheapest_minimum(fitted, starts, trial)
 
 
-def cheapest_minimum(
-    fitted: Primitive, starts: Array, cloud: Cloud, limits: Limits | None
-) -> Primitive | FailedFit:
+def cheapest_minimum(fitted: Primitive, starts: Array, trial: Trial) -> Primitive | FailedFit:
     """The cheapest of the minima of least squares that a fit and the starts lead to.
 
     A failure where none is reached.
     """
+    cloud, bounds = trial.cloud, trial.bounds
     some = cloud.working[cloud.sample[:COMPARED_POINTS]]
-    surfaces = [fitted, *(PRIMITIVES[fitted.kind].from_row(row) for row in starts)]
-    if cloud.is_small(dof_within(fitted.kind, limits)):
-        surfaces += _turned_starts(fitted.kind, cloud, limits)
-    ends = _different([refine(surface, some, limits=limits) for surface in surfaces], some)
+    surfaces = [fitted, *(trial.primitive.from_row(row) for row in starts)]
+    if trial.is_small:
+        surfaces += _turned_starts(trial)
+    ends = _different([refine(surface, some, bounds=bounds) for surface in surfaces], some)
     steps = max(LEAST_SQUARES_STEPS, POINT_STEPS // len(cloud.points))
     refined = [
-        refine(end, cloud.points, max_iterations=steps, factors=cloud.factors, limits=limits)
+        refine(end, cloud.points, max_iterations=steps, factors=cloud.factors, bounds=bounds)
         for end in (fitted, *ends)
     ]
     at_rest = [each for each in refined if each.converged]
     if not at_rest:
         return FailedFit(f"least squares on a {fitted.kind} did not come to rest in {steps} steps")
     best = min(at_rest, key=lambda each: each.cost).primitive
-    return _last_digits(best, cloud, limits, Kernel.LEAST_SQUARES, 1.0)
+    return _last_digits(best, trial, Kernel.LEAST_SQUARES, 1.0)
 
 
-def _last_digits(
-    primitive: Primitive, cloud: Cloud, limits: Limits | None, kernel: Kernel, scale: float
-) -> Primitive:
+def _last_digits(primitive: Primitive, trial: Trial, kernel: Kernel, scale: float) -> Primitive:
     """Newton's method where all points and parameters are free."""
-    free = limits is None and cloud.factors is None
-    return newton(primitive, cloud.points, kernel, scale) if free else primitive
+    free = trial.limits is None and trial.cloud.factors is None
+    return newton(primitive, trial.cloud.points, kernel, scale) if free else primitive
 
 
-def _turned_starts(kind: str, cloud: Cloud, limits: Limits | None) -> list[Primitive]:
+def _turned_starts(trial: Trial) -> list[Primitive]:
     """Guesses from the points as turned in several ways, and turned back: other directions are tried.
 
     Few points leave many minima, and their normals tell little.
     """
-    points, rng = cloud.working, np.random.default_rng(0)
+    kind, points, rng = trial.primitive, trial.cloud.working, np.random.default_rng(0)
     surfaces: list[Primitive] = []
     for turn in Rotation.random(TURNS, random_state=0).as_matrix():
         normals = rng.normal(size=points.shape)
         normals /= np.linalg.norm(normals, axis=1)[:, None]
-        rows = PRIMITIVES[kind].initial_guesses(points @ turn.T, normals, rng)
-        guesses = (PRIMITIVES[kind].from_row(row) for row in rows)
+        rows = kind.initial_guesses(points @ turn.T, normals, rng)
+        guesses = (kind.from_row(row) for row in rows)
         surfaces += [guess.transformed(turn.T, np.zeros(3), 1.0) for guess in guesses]
-    if limits is None:
+    if trial.limits is None:
         return surfaces
-    within = (limits.impose(surface.row(), points) for surface in surfaces)
-    return [PRIMITIVES[kind].from_row(row) for row in within if np.isfinite(row).all()]
+    within = (trial.limits.impose(surface.row(), points) for surface in surfaces)
+    return [kind.from_row(row) for row in within if np.isfinite(row).all()]
 
 
 def _different(ends: list[Refined], points: Array) -> list[Primitive]:
@@ -124,36 +118,35 @@ def _different(ends: list[Refined], points: Array) -> list[Primitive]:
     return kept
 
 
-def huber(fitted: Primitive, starts: Array, cloud: Cloud, limits: Limits | None) -> Primitive | FailedFit:
+def huber(fitted: Primitive, starts: Array, trial: Trial) -> Primitive | FailedFit:
     """Huber's M-estimate: outliers pull with the force of `HUBER_95` scales."""
-    return _m_estimate(fitted, cloud, limits, Kernel.HUBER, HUBER_95)
+    return _m_estimate(fitted, trial, Kernel.HUBER, HUBER_95)
 
 
-def tukey(fitted: Primitive, starts: Array, cloud: Cloud, limits: Limits | None) -> Primitive | FailedFit:
+def tukey(fitted: Primitive, starts: Array, trial: Trial) -> Primitive | FailedFit:
     """Tukey's M-estimate: points beyond `TUKEY_95` scales do not count."""
-    return _m_estimate(fitted, cloud, limits, Kernel.TUKEY, TUKEY_95 / CUTOFF)
+    return _m_estimate(fitted, trial, Kernel.TUKEY, TUKEY_95 / CUTOFF)
 
 
-def _m_estimate(
-    fitted: Primitive, cloud: Cloud, limits: Limits | None, kernel: Kernel, width: float
-) -> Primitive | FailedFit:
+def _m_estimate(fitted: Primitive, trial: Trial, kernel: Kernel, width: float) -> Primitive | FailedFit:
     """Scale and surface in turn until both rest; least squares where points are too few to reject any.
 
     The scale is the normalised median absolute distance, 1.4826 median |d|, at least the tolerance.
     Source: Huber and Ronchetti, "Robust statistics", 2nd ed. 2009, sections 7.7 and 7.8; Holland and Welsch,
     "Robust regression using iteratively reweighted least-squares", Comm. Statist. A6, 1977 (tuning).
     """
-    if cloud.is_small(dof_within(fitted.kind, limits)):
+    if trial.is_small:
         return fitted
+    cloud = trial.cloud
     primitive, scale, factors = fitted, np.inf, cloud.factors
     for _ in range(MOST_ROUNDS):
         distance = np.abs(primitive.signed_distance(cloud.points))
         before, scale = scale, 1.4826 * float(np.median(distance if factors is None else factors * distance))
         scale = max(scale, cloud.tolerance)
         if abs(scale - before) <= AT_REST * scale:
-            return _last_digits(primitive, cloud, limits, kernel, width * scale)
+            return _last_digits(primitive, trial, kernel, width * scale)
         primitive = refine(
-            primitive, cloud.points, kernel, width * scale, factors=factors, limits=limits
+            primitive, cloud.points, kernel, width * scale, factors=factors, bounds=trial.bounds
         ).primitive
     return FailedFit(
         f"scale and surface of the {kernel.name.lower()} estimate of a {fitted.kind} "
@@ -166,14 +159,12 @@ def _started_at_least_squares(
 ) -> Finisher:
     """A minimum of `size` from the least squares surface; of few points also from its other minima."""
 
-    def finish(
-        fitted: Primitive, starts: Array, cloud: Cloud, limits: Limits | None
-    ) -> Primitive | FailedFit:
-        start = least_squares(fitted, starts, cloud, limits)
+    def finish(fitted: Primitive, starts: Array, trial: Trial) -> Primitive | FailedFit:
+        cloud, start = trial.cloud, least_squares(fitted, starts, trial)
         first = extreme(fitted if isinstance(start, FailedFit) else start, cloud)
         if len(cloud.points) > FEW_POINTS:
             return first
-        surfaces = [PRIMITIVES[fitted.kind].from_row(row) for row in starts]
+        surfaces = [trial.primitive.from_row(row) for row in starts]
         others = _different([refine(surface, cloud.points) for surface in surfaces], cloud.points)
         ends = [first, *(extreme(other, cloud) for other in others)]
         found = [end for end in ends if not isinstance(end, FailedFit)]

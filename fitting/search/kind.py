@@ -5,15 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..cloud.cloud import Cloud
 from ..errors import FailedFit
 from ..geometry.vectors import Array
 from ..names import KINDS
 from ..noise.outliers import NoiseModel
-from ..primitives import PRIMITIVES, Primitive
+from ..primitives.primitive import Primitive
 from ..request.config import FITTING_KINDS
-from ..request.constraints import UNCONSTRAINED, Constraints
-from ..solver.limits import Limits, dof_within, moved
+from ..trial.limits import moved
+from ..trial.trial import Trial
 from .anneal import Annealed, search
 from .criteria import FINISHERS, cheapest_minimum
 from .polish import polish
@@ -36,40 +35,39 @@ class Fit:
 
 
 def fit_kind(
-    kind: str,
-    cloud: Cloud,
-    criterion: str,
-    rng: np.random.Generator,
-    constraints: Constraints = UNCONSTRAINED,
-    guess: Primitive | None = None,
+    trial: Trial, criterion: str, rng: np.random.Generator, guess: Primitive | None = None
 ) -> Fit | FailedFit:
-    """The best primitive of one kind in the normalised frame of the cloud.
+    """The best primitive of a kind in the normalised frame of its cloud.
 
-    Constraints and a guess, which joins the starts of its kind, are in input units.
+    A guess, which joins the starts of its kind, is in input units.
     """
+    kind, cloud, limits = trial.kind, trial.cloud, trial.limits
     if kind not in (allowed := FITTING_KINDS.get(criterion, KINDS)):
         return FailedFit(f"{criterion} is defined for a {' or a '.join(allowed)}, not for a {kind}")
-    limits = Limits.of(constraints, kind, cloud.frame)
-    dof = dof_within(kind, limits)
-    if len(cloud.working) < dof:
-        return FailedFit(f"{len(cloud.working)} distinct points do not determine a {kind}, which takes {dof}")
-    flat = cloud.flat and kind != "plane"
+    if len(cloud.working) < trial.dof:
+        count = len(cloud.working)
+        return FailedFit(f"{count} distinct points do not determine a {kind}, which takes {trial.dof}")
+    bends = cloud.flat and not trial.primitive.flat
     in_one_plane = FailedFit(f"the points lie in one plane and do not determine a {kind}")
-    if flat and dof == PRIMITIVES[kind].dof:
+    if bends and trial.dof == trial.primitive.dof:
         return in_one_plane
     extra = [cloud.frame.bring(guess).row()] if guess is not None and guess.kind == kind else []
     if limits is None:
-        return _fit(kind, cloud, criterion, rng, extra)
-    free = View.of(cloud)
-    starts = ranked_starts(kind, free, rng, extra)
-    if len(starts) and not cloud.is_small(dof):
-        extra.append(_likeliest(kind, starts, free, cloud, rng).primitive.row())
-    found = _fit(kind, cloud.about(limits.pivot), criterion, rng, extra, limits)
+        return _fit(trial, criterion, rng, extra)
+    extra += _unlimited(trial, rng, extra)
+    found = _fit(trial.about_pivot, criterion, rng, extra)
     if isinstance(found, FailedFit):
-        return in_one_plane if flat else found
-    if flat and _turn(found.robust, cloud.working - limits.pivot) < LEAST_TURN:
+        return in_one_plane if bends else found
+    if bends and _turn(found.robust, cloud.working - limits.pivot) < LEAST_TURN:
         return in_one_plane
     return Fit(moved(found.primitive, limits.pivot), moved(found.robust, limits.pivot))
+
+
+def _unlimited(trial: Trial, rng: np.random.Generator, extra: Sequence[Array]) -> list[Array]:
+    """The row of the best surface without limits, where the cloud is not too small to tell."""
+    view = View.of(trial.free)
+    starts = ranked_starts(view, rng, extra)
+    return [_likeliest(starts, view, rng).primitive.row()] if len(starts) and not trial.is_small else []
 
 
 def _turn(primitive: Primitive, points: Array) -> float:
@@ -77,57 +75,43 @@ def _turn(primitive: Primitive, points: Array) -> float:
     return float(np.linalg.norm(np.ptp(primitive.gradient(points), axis=0)))
 
 
-def _fit(
-    kind: str,
-    cloud: Cloud,
-    criterion: str,
-    rng: np.random.Generator,
-    extra: Sequence[Array],
-    limits: Limits | None = None,
-) -> Fit | FailedFit:
+def _fit(trial: Trial, criterion: str, rng: np.random.Generator, extra: Sequence[Array]) -> Fit | FailedFit:
     """The best primitive within the limits, to the pivot of which the cloud is relative."""
-    view = View.of(cloud, limits)
-    starts = ranked_starts(kind, view, rng, extra)
+    view = View.of(trial)
+    starts = ranked_starts(view, rng, extra)
     if not len(starts):
-        return FailedFit(f"no {kind} could be started from these points")
-    robust = _fit_robustly(kind, starts, view, cloud, rng)
+        return FailedFit(f"no {trial.kind} could be started from these points")
+    robust = _fit_robustly(starts, view, rng)
     if isinstance(robust, FailedFit):
         return robust
-    primitive = FINISHERS[criterion](robust, starts, cloud, limits)
+    primitive = FINISHERS[criterion](robust, starts, trial)
     return primitive if isinstance(primitive, FailedFit) else Fit(primitive, robust)
 
 
-def _fit_robustly(
-    kind: str, starts: Array, view: View, cloud: Cloud, rng: np.random.Generator
-) -> Primitive | FailedFit:
+def _fit_robustly(starts: Array, view: View, rng: np.random.Generator) -> Primitive | FailedFit:
     """The best of what the starts are annealed to, polished; in a small cloud plain least squares."""
-    if cloud.is_small(dof_within(kind, view.limits)):
-        return cheapest_minimum(PRIMITIVES[kind].from_row(starts[0]), starts, cloud, view.limits)
-    return polish(_likeliest(kind, starts, view, cloud, rng).primitive, cloud, view.limits)
+    trial = view.trial
+    if trial.is_small:
+        return cheapest_minimum(trial.primitive.from_row(starts[0]), starts, trial)
+    return polish(_likeliest(starts, view, rng).primitive, trial)
 
 
-def _likeliest(kind: str, starts: Array, view: View, cloud: Cloud, rng: np.random.Generator) -> Annealed:
+def _likeliest(starts: Array, view: View, rng: np.random.Generator) -> Annealed:
     """The end of a search, or of one in the flattest part of the cloud where much noise is unexplained."""
-    best = search(kind, starts, view)
-    if best.exact_share > 0.0 or len(cloud.flattest) < PRIMITIVES[kind].dof:
+    trial, best = view.trial, search(starts, view)
+    if best.exact_share > 0.0 or len(trial.cloud.flattest) < trial.primitive.dof:
         return best
-    if _noise(best.primitive, cloud).scale > UNEXPLAINED * cloud.local_noise:
-        return _likelier(best, kind, cloud, rng, view.limits)
-    return best
-
-
-def _likelier(
-    best: Annealed, kind: str, cloud: Cloud, rng: np.random.Generator, limits: Limits | None
-) -> Annealed:
-    """The given end or that of a search in the flattest part of the cloud: what explains the cloud better."""
-    view = View.of_flattest(cloud, limits)
-    starts = ranked_starts(kind, view, rng)
-    if not len(starts):
+    if _noise(best.primitive, trial).scale <= UNEXPLAINED * trial.cloud.local_noise:
         return best
-    other = search(kind, starts, view)
-    return max((best, other), key=lambda end: _noise(end.primitive, cloud).log_likelihood)
+    flattest = View.of_flattest(trial)
+    others = ranked_starts(flattest, rng)
+    if not len(others):
+        return best
+    ends = (best, search(others, flattest))
+    return max(ends, key=lambda end: _noise(end.primitive, trial).log_likelihood)
 
 
-def _noise(primitive: Primitive, cloud: Cloud) -> NoiseModel:
+def _noise(primitive: Primitive, trial: Trial) -> NoiseModel:
+    cloud = trial.cloud
     distance = primitive.signed_distance(cloud.working[cloud.sample])
     return NoiseModel.of(distance, cloud.tolerance, cloud.extent)

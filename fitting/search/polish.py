@@ -2,18 +2,15 @@
 
 import numpy as np
 
-from ..cloud.cloud import WORKING_POINTS, Cloud
+from ..cloud.cloud import WORKING_POINTS
 from ..noise.exact import exact_points, is_peaked
 from ..noise.kernels import CUTOFF, Kernel
 from ..noise.scale import core_scale, is_normal
-from ..primitives import Primitive
-from ..solver.limits import Limits, dof_within
+from ..primitives.primitive import Primitive
 from ..solver.refine import STEPS, refine
-from .anneal import anneal
+from ..trial.trial import Trial
+from .anneal import SLOW_SHRINK, anneal
 from .rest import at_rest
-
-SLOW_SHRINK = 0.85
-"""Factor between the kernel scales of one step and the next; the slow one finds smaller exact subsets."""
 
 MOST_ROUNDS = 100
 """Rounds of choosing points or a scale and refining on them ..."""
@@ -31,42 +28,43 @@ NEARLY = 0.03
 fail, the next one that changes it by less than this share of that."""
 
 
-def polish(primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> Primitive:
+def polish(primitive: Primitive, trial: Trial) -> Primitive:
     """Least squares on the exact points where there are any, else under a wide biweight on all points.
 
     A small exact subset is found only from the biweight's optimum, and on all working points.
     """
-    exact = _polish_exact(primitive, cloud, limits)
+    exact = _polish_exact(primitive, trial)
     if exact:
         return exact
-    noisy = _polish_noisy(primitive, cloud, limits)
-    if not is_peaked(noisy.signed_distance(cloud.working), dof_within(noisy.kind, limits)):
+    noisy = _polish_noisy(primitive, trial)
+    if not is_peaked(noisy.signed_distance(trial.cloud.working), trial.dof):
         return noisy
-    end = anneal(noisy.kind, noisy.row(), cloud.working, cloud.tolerance, SLOW_SHRINK, limits)
-    return _polish_exact(end.primitive, cloud, limits) or noisy
+    end = anneal(trial, noisy.row(), trial.cloud.working, SLOW_SHRINK)
+    return _polish_exact(end.primitive, trial) or noisy
 
 
-def _polish_exact(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> Primitive | None:
+def _polish_exact(primitive: Primitive, trial: Trial) -> Primitive | None:
     """Least squares on the exact points, until they are the same ones before and after."""
-    before, dof = None, dof_within(primitive.kind, limits)
+    before, cloud = None, trial.cloud
     for _ in range(MOST_ROUNDS):
-        exact = exact_points(np.abs(primitive.signed_distance(cloud.working)), cloud.tolerance, dof)
+        exact = exact_points(np.abs(primitive.signed_distance(cloud.working)), cloud.tolerance, trial.dof)
         if not exact.any():
             return None
         if before is not None and np.array_equal(exact, before):
             break
         factors = None if cloud.working_factors is None else cloud.working_factors[exact]
-        primitive = refine(primitive, cloud.working[exact], factors=factors, limits=limits).primitive
+        primitive = refine(primitive, cloud.working[exact], factors=factors, bounds=trial.bounds).primitive
         before = exact
     return primitive
 
 
-def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> Primitive:
+def _polish_noisy(primitive: Primitive, trial: Trial) -> Primitive:
     """A biweight at the scale of the noise: on the working points until both agree, then on all points.
 
     Where the noise is normal, and nothing is to be rejected, least squares in the end.
     """
-    primitive, scale = _with_its_scale(primitive, cloud, limits)
+    primitive, scale = _with_its_scale(primitive, trial)
+    cloud = trial.cloud
     factors = cloud.working_factors
     residual = primitive.signed_distance(cloud.working)
     normal = is_normal(residual if factors is None else factors * residual, CUTOFF * scale)
@@ -74,16 +72,17 @@ def _polish_noisy(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> 
     if normal or many:
         kernel = Kernel.LEAST_SQUARES if normal else Kernel.TUKEY
         points, factors = (cloud.points, cloud.factors) if many else (cloud.working, factors)
-        primitive = refine(primitive, points, kernel, scale, factors=factors, limits=limits).primitive
+        primitive = refine(primitive, points, kernel, scale, factors=factors, bounds=trial.bounds).primitive
     return primitive
 
 
-def _with_its_scale(primitive: Primitive, cloud: Cloud, limits: Limits | None) -> tuple[Primitive, float]:
+def _with_its_scale(primitive: Primitive, trial: Trial) -> tuple[Primitive, float]:
     """The surface under a biweight and the scale of the core of its distances, at rest with each other.
 
     Limits are kept by rounds of both alone. A surface that is on its way to a simpler kind, to which a radius
     without end leads, comes to no rest.
     """
+    cloud, limits = trial.cloud, trial.limits
     factors, n = cloud.working_factors, len(cloud.working)
     steps = None if limits else min(max(POINT_STEPS // n, FEWEST_STEPS), STEPS)
     scale, nearly = 0.0, NEARLY
@@ -91,7 +90,7 @@ def _with_its_scale(primitive: Primitive, cloud: Cloud, limits: Limits | None) -
         residual = primitive.signed_distance(cloud.working)
         before, scale = scale, core_scale(np.abs(residual if factors is None else factors * residual))
         scale = max(scale, cloud.tolerance)
-        refined = refine(primitive, cloud.working, Kernel.TUKEY, scale, steps, factors, limits)
+        refined = refine(primitive, cloud.working, Kernel.TUKEY, scale, steps, factors, trial.bounds)
         primitive, change = refined.primitive, abs(scale - before)
         if change <= AT_REST * scale and (limits or refined.converged):
             break

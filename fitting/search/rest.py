@@ -12,12 +12,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..geometry.vectors import Array, basis
+from ..geometry.vectors import Array
 from ..noise.kernels import Kernel
 from ..noise.scale import CORE, CORE_DEVIATION, SCALE_AT_REST, core_scale
-from ..primitives import PRIMITIVES, Primitive
+from ..primitives.primitive import Primitive
 from ..solver import _descent
-from ..solver.refine import CODES, refine
+from ..solver.refine import CODES, refine, turn_back
 
 ROUNDS = 40
 """Rounds after which rest is given up: of eight numbers a linear map needs nine, and a bent one some more."""
@@ -71,8 +71,8 @@ def at_rest(
     def move(place: Array) -> Array:
         row, size = pair(place)
         _, gradient, found = pull(row, size)
-        along = directions.T @ _turned_back(gradient, start, row) / unit
-        return np.append(-along, math.log(max(found, smallest) / size))
+        turn_back(gradient, primitive.chart, start, row)
+        return np.append(-(directions.T @ gradient / unit), math.log(max(found, smallest) / size))
 
     place = _still(move, primitive.dof + 1)
     if place is None:
@@ -104,18 +104,6 @@ def _directions(normal: Array) -> Array | None:
     if values[0] < SMALLEST_CURVATURE * values[-1]:
         return None
     return np.asarray(vectors / np.sqrt(values) / sizes[:, None])
-
-
-def _turned_back(gradient: Array, start: Array, row: Array) -> Array:
-    """A gradient (dof,) at a surface (9,) along the basis of a nearby one (9,), as by `linearize_along`."""
-    if len(gradient) == PRIMITIVES["sphere"].dof:
-        return gradient
-    theirs, ours = np.array(basis(start[:3])), np.array(basis(row[:3]))
-    turn, turned = ours @ theirs.T, gradient.copy()
-    turned[:2] = gradient[:2] @ turn
-    if len(gradient) > PRIMITIVES["plane"].dof:
-        turned[2:4] = gradient[2:4] @ turn
-    return turned
 
 
 def _still(move: Callable[[Array], Array], size: int) -> Array | None:

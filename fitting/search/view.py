@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from typing import Self
 
-from ..cloud.cloud import Cloud
 from ..geometry.vectors import Array
-from ..solver.limits import Limits
+from ..trial.trial import Trial
 
 SEARCH_POINTS = 512
 """Points that the annealing runs on."""
@@ -13,22 +12,19 @@ SEARCH_POINTS = 512
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What a search looks at: points (N, 3) in random order, normals (L, 3) at the first, the rounding.
+    """Points (N, 3) of a trial in random order, with normals (L, 3) at the first of them."""
 
-    With limits, the points are relative to their pivot and the search stays within them.
-    """
-
+    trial: Trial
     points: Array
     normals: Array
-    tolerance: float
-    limits: Limits | None = None
 
     @classmethod
-    def of(cls, cloud: Cloud, limits: Limits | None = None) -> Self:
-        return cls(cloud.working[cloud.sample[:SEARCH_POINTS]], cloud.normals, cloud.tolerance, limits)
+    def of(cls, trial: Trial) -> Self:
+        cloud = trial.cloud
+        return cls(trial, cloud.working[cloud.sample[:SEARCH_POINTS]], cloud.normals)
 
     @classmethod
-    def of_flattest(cls, cloud: Cloud, limits: Limits | None = None) -> Self:
+    def of_flattest(cls, trial: Trial) -> Self:
         """Of the part of a cloud that has the fewest outliers."""
-        points = cloud.working[cloud.sample[cloud.flattest]]
-        return cls(points, cloud.normals[cloud.flattest], cloud.tolerance, limits)
+        cloud = trial.cloud
+        return cls(trial, cloud.working[cloud.sample[cloud.flattest]], cloud.normals[cloud.flattest])

@@ -1,6 +1,6 @@
 """What `_descent` hands to other compiled modules."""
 
-from ._limits cimport Held, Points, Surface
+from ..trial._limits cimport Held, Points, Surface
 
 cdef enum:
     BLOCK = 256

@@ -1,5 +1,5 @@
 from ..geometry.vectors import Array
-from ._limits import Bounds
+from ..trial._limits import Bounds
 
 NAMES: tuple[str, ...]
 

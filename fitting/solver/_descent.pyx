@@ -10,7 +10,7 @@ from libc.string cimport memcpy
 
 import numpy as np
 
-from ._limits cimport (
+from ..trial._limits cimport (
     COUNT, KINDS, MOST, Bounds, Held, Points, Surface, held_by, keep_within, linearize, solve, solve_within
 )
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..geometry.vectors import TINY, Array
 from ..noise.kernels import Kernel
-from ..primitives import Primitive
+from ..primitives.primitive import Primitive
 from .refine import linearize, linearize_along, stepped
 
 ROUNDS, STEPS = 6, 12

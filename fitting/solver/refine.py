@@ -11,9 +11,10 @@ import numpy as np
 
 from ..geometry.vectors import Array, basis
 from ..noise.kernels import Kernel
-from ..primitives import PRIMITIVES, Primitive
+from ..primitives import PRIMITIVES
+from ..primitives.primitive import Chart, Primitive
+from ..trial._limits import Bounds
 from . import _descent
-from .limits import Limits
 
 CODES = {kind: code for code, kind in enumerate(_descent.NAMES)}
 """The numbers of the kinds in the compiled loops."""
@@ -40,7 +41,7 @@ def refine(
     scale: float = 1.0,
     max_iterations: int | None = None,
     factors: Array | None = None,
-    limits: Limits | None = None,
+    bounds: Bounds | None = None,
 ) -> Refined:
     """The primitive that minimises  sum rho(d / scale)  near the given one.
 
@@ -50,13 +51,13 @@ def refine(
     points : (N, 3) in a frame centred near the origin, extent near 1
     kernel : plain least squares by default
     scale : residual of one unit, in the unit of the points
-    max_iterations : steps that lower the cost; `STEPS` by default, `LIMITED_STEPS` within limits
+    max_iterations : steps that lower the cost; `STEPS` by default, `LIMITED_STEPS` within bounds
     factors : (N,) what each distance d is multiplied by
-    limits : within which to stay, and where the primitive lies already
+    bounds : within which to stay, and where the primitive lies already
     """
     kind, points = primitive.kind, np.ascontiguousarray(points)
     if max_iterations is None:
-        max_iterations = STEPS if limits is None else LIMITED_STEPS
+        max_iterations = STEPS if bounds is None else LIMITED_STEPS
     row, cost, converged = _descent.refine(
         CODES[kind],
         primitive.row(),
@@ -65,7 +66,7 @@ def refine(
         scale,
         max_iterations,
         factors,
-        None if limits is None else limits.bounds,
+        bounds,
     )
     return Refined(PRIMITIVES[kind].from_row(row), cost, converged)
 
@@ -86,13 +87,26 @@ def linearize_along(reference: Primitive, primitive: Primitive, points: Array) -
     The basis of an axis jumps where the axis crosses the plane z = 0; this one does not.
     """
     distance, jacobian = linearize(primitive, points)
-    if primitive.kind != "sphere":
-        theirs, ours = (np.array(basis(surface.row()[:3])) for surface in (reference, primitive))
-        turn = ours @ theirs.T
-        jacobian[:, :2] = jacobian[:, :2] @ turn
-        if primitive.kind != "plane":
-            jacobian[:, 2:4] = jacobian[:, 2:4] @ turn
+    turn_back(jacobian, primitive.chart, reference.row(), primitive.row())
     return distance, jacobian
+
+
+def turn_back(slopes: Array, chart: Chart, reference: Array, row: Array) -> None:
+    """Let slopes (..., dof) at a row (9,) be along the basis of a nearby one of its kind."""
+    if chart.across:
+        theirs, ours = (np.array(basis(axis)) for axis in (reference[:3], row[:3]))
+        turn = ours @ theirs.T
+        for first, second in chart.across:
+            slopes[..., first : second + 1] = slopes[..., first : second + 1] @ turn
+
+
+def bent(primitive: Primitive, step: Array) -> Primitive:
+    """The surface after a step (dof,) along which curvatures change linearly; else `stepped`.
+
+    To first order they are the same.
+    """
+    row = primitive.bent_row(step)
+    return stepped(primitive, step) if row is None else type(primitive).from_row(row)
 
 
 def stepped(primitive: Primitive, step: Array) -> Primitive:

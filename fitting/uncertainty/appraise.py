@@ -2,11 +2,9 @@
 
 from collections.abc import Mapping
 
-from ..cloud.cloud import Cloud
-from ..primitives import Primitive
-from ..primitives.chart import SIZES, names_of, values_of
+from ..primitives import SIZES, names_of, values_of
+from ..primitives.primitive import Primitive
 from ..request.config import EXTREME
-from ..request.constraints import Constraints
 from ..verdict.evidence import Evidence
 from .arcs import arcs_of
 from .covariance import Linear, StepCovariance
@@ -17,12 +15,7 @@ from .warnings import Findings, warnings_of
 
 
 def uncertainty_of(
-    primitive: Primitive,
-    answer: Primitive,
-    evidence: Evidence,
-    cloud: Cloud,
-    criterion: str,
-    constraints: Constraints,
+    primitive: Primitive, answer: Primitive, evidence: Evidence, criterion: str
 ) -> Uncertainty | None:
     """How well an answer is known; None under a criterion of extreme points, which has no such theory.
 
@@ -33,7 +26,7 @@ def uncertainty_of(
     """
     if criterion in EXTREME:
         return None
-    optimum = Optimum.of(primitive, evidence, cloud, criterion, constraints)
+    optimum = Optimum.of(primitive, evidence, criterion)
     linear, names = optimum.linear(), names_of(answer.kind)
     steps = optimum.covariance(linear)
     if steps is None:
@@ -44,7 +37,7 @@ def uncertainty_of(
     profiles = Profiles.of(optimum, steps, linear.feet)
     intervals = intervals_of(optimum, steps, names, values_of(answer), covariance, profiles)
     direction = direction_of(optimum, steps, quantile, profiles)
-    correlation = _correlation(steps, cloud.frame.scale)
+    correlation = _correlation(steps, evidence.cloud.frame.scale)
     return Uncertainty(
         noise_model="exact" if optimum.exact else "independent" if correlation is None else "correlated",
         correlation=correlation,
@@ -74,10 +67,10 @@ def _findings(
 ) -> Findings:
     return Findings(
         kind=optimum.primitive.kind,
-        n_points=len(optimum.cloud.working),
+        n_points=len(optimum.trial.cloud.working),
         dof=optimum.dof,
         determined=answer is not None,
-        few=optimum.small,
+        few=optimum.trial.is_small,
         arcs=arcs_of(optimum.primitive, linear.feet.compress(optimum.inlier, axis=0)),
         sizes={
             name: (float(getattr(answer, name)), (interval.low, interval.high))

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ..geometry.vectors import Array, around_axis, basis
-from ..primitives import Primitive
 from ..primitives.cone import Cone
 from ..primitives.cylinder import Cylinder
+from ..primitives.primitive import Primitive
 from ..primitives.sphere import Sphere
 from ..primitives.torus import Torus
 

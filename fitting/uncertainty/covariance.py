@@ -19,7 +19,7 @@ import numpy as np
 
 from ..cloud.patches import PATCHES
 from ..geometry.vectors import Array
-from ..primitives import Primitive
+from ..primitives.primitive import Primitive
 from .agreement import Agreement, Correlation
 from .mixture import mixed
 from .profile import Cost

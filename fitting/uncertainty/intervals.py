@@ -7,9 +7,9 @@ from typing import Self
 import numpy as np
 
 from ..geometry.vectors import Array, basis
-from ..primitives import Primitive
-from ..primitives.chart import DIRECTIONS, SIZES, derivative, names_of, values_of
-from ..primitives.cone import Cone
+from ..primitives import DIRECTIONS, SIZES, names_of, parameters_of, values_of
+from ..primitives import direction_of as name_of_direction
+from ..primitives.primitive import Primitive
 from .covariance import StepCovariance
 from .optimum import Optimum
 from .profile import Local, profile_end
@@ -20,9 +20,6 @@ CURVED = 0.05
 """Half-width of the linearised interval of a radius or half-angle, as a share of its value, from which all
 numbers are profiled: a radius is one over a curvature, so the second-order term is as large a share of the
 first. The same for the tip of a cone along its axis, as a share of the height at which the points begin."""
-
-BEGIN = 0.05
-"""Share of the points of a cone below where they begin."""
 
 HELD = 1e-9
 """A standard deviation of this share of the largest one, both in the frame, is rounding: the number is
@@ -73,7 +70,7 @@ class Profiles:
     def _look_around(self) -> None:
         """Ends of the sizes, and of positions along their least certain directions."""
         names = names_of(self.optimum.primitive.kind)
-        by_step = derivative(self.optimum.primitive, self.optimum.center)
+        by_step = self.optimum.primitive.derivative(self.optimum.center)
         covariance = by_step @ self.steps.matrix @ by_step.T
         for vector in dict.fromkeys(name.split(".")[0] for name in names):
             places = [i for i, name in enumerate(names) if name.split(".")[0] == vector]
@@ -107,7 +104,7 @@ class Profiles:
         return Seen(surface, local, values_of(surface.canonical(self.optimum.center)))
 
     def _gradient(self, weights: Array, surface: Primitive) -> Array:
-        return weights @ derivative(surface, self.optimum.center)
+        return weights @ surface.derivative(self.optimum.center)
 
 
 def _value(weights: Array, seen: Seen) -> float:
@@ -117,15 +114,16 @@ def _value(weights: Array, seen: Seen) -> float:
 def _is_curved(optimum: Optimum, steps: StepCovariance, quantile: float, feet: Array) -> bool:
     """Whether the second-order term of a number matters."""
     names, surface = names_of(optimum.primitive.kind), optimum.primitive
-    by_step, values = derivative(surface, optimum.center), values_of(surface)
+    by_step, values = surface.derivative(optimum.center), values_of(surface)
     half = quantile * np.sqrt(np.maximum(np.sum((by_step @ steps.matrix) * by_step, axis=1), 0.0))
     if any(half[i] > CURVED * values[i] for i, name in enumerate(names) if name in SIZES):
         return True
-    if not isinstance(surface, Cone):
+    found = surface.most_curved(feet)
+    if found is None:
         return False
-    along = surface.axis @ by_step[[names.index(f"apex.{letter}") for letter in "xyz"]]
-    begin = np.quantile(np.abs((feet - surface.apex) @ surface.axis), BEGIN)
-    return bool(quantile * np.sqrt(along @ steps.matrix @ along) > CURVED * begin)
+    weights, length = found
+    along = weights @ by_step
+    return bool(quantile * np.sqrt(along @ steps.matrix @ along) > CURVED * length)
 
 
 def intervals_of(
@@ -182,7 +180,7 @@ def direction_of(
     optimum: Optimum, steps: StepCovariance, quantile: float, profiles: Profiles | None
 ) -> Spread | None:
     """Of the axis or normal, which has no sign and is a right angle off at most; a sphere has none."""
-    if optimum.primitive.kind == "sphere":
+    if name_of_direction(optimum.primitive.kind) is None:
         return None
     found = spread(steps.matrix[:2, :2], quantile)
     if profiles is not None and found.standard_deviations[0] > 0.0:
@@ -216,12 +214,13 @@ def position_of(
     answer: Primitive, names: tuple[str, ...], covariance: Array, quantile: float
 ) -> Spread | None:
     """Of the axis of a cylinder, or of a plane, across it at its `point`."""
-    if answer.kind not in ("cylinder", "plane"):
+    name = name_of_direction(answer.kind)
+    if name is None or "point" not in parameters_of(answer.kind):
         return None
     first = names.index("point.x")
     of_point = covariance[first : first + 3, first : first + 3]
-    along = answer.axis if answer.kind == "cylinder" else answer.normal  # type: ignore[attr-defined]
-    across = np.array(basis(along)) if answer.kind == "cylinder" else along[None]
+    along = getattr(answer, name)
+    across = along[None] if name == "normal" else np.array(basis(along))
     return spread(across @ of_point @ across.T, quantile)
 
 

@@ -11,11 +11,11 @@ from ..geometry.vectors import Array
 from ..noise.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
 from ..noise.rounding import ROUNDING_NOISE
 from ..noise.scale import core_scale, is_normal
-from ..primitives import Primitive
-from ..primitives.chart import derivative, is_length, names_of, values_of
-from ..request.constraints import Constraints
-from ..solver.limits import Limits, dof_within, moved
+from ..primitives import is_length, names_of, values_of
+from ..primitives.primitive import Primitive
 from ..solver.refine import linearize
+from ..trial.limits import Limits, moved
+from ..trial.trial import Trial
 from ..verdict.evidence import Evidence
 from .agreement import Agreement
 from .covariance import Linear, StepCovariance
@@ -33,7 +33,7 @@ class Optimum:
     Attributes
     ----------
     primitive : in its canonical sign
-    cloud, limits : as it was fitted
+    trial : kind, cloud and limits
     cost : what it minimises, over working points or the exact ones among them
     inlier : mask of those points that were not rejected
     exact : the points lie on it within their rounding
@@ -42,8 +42,7 @@ class Optimum:
     """
 
     primitive: Primitive
-    cloud: Cloud
-    limits: Limits | None
+    trial: Trial
     cost: Cost
     inlier: np.ndarray
     exact: bool
@@ -51,11 +50,9 @@ class Optimum:
     full: Linear
 
     @classmethod
-    def of(
-        cls, primitive: Primitive, evidence: Evidence, cloud: Cloud, criterion: str, constraints: Constraints
-    ) -> Self:
+    def of(cls, primitive: Primitive, evidence: Evidence, criterion: str) -> Self:
         """From the surface (in the frame of the cloud) and the evidence about the robust fit of its kind."""
-        limits = Limits.of(constraints, primitive.kind, cloud.frame)
+        trial, cloud, limits = evidence.trial, evidence.cloud, evidence.trial.limits
         primitive, points = primitive.canonical(np.zeros(3)), cloud.working
         if limits is not None:
             primitive, points = moved(primitive, -limits.pivot), points - limits.pivot
@@ -66,18 +63,22 @@ class Optimum:
             points, inlier = points[evidence.exact], inlier[evidence.exact]
         distance, jacobian = linearize(primitive, points)
         kernel, scale = Kernel.LEAST_SQUARES, 1.0
-        if not exact and not cloud.is_small(dof_within(primitive.kind, limits)):
+        if not exact and not trial.is_small:
             kernel, scale = _kernel(criterion, distance if factors is None else factors * distance, cloud)
         cost = Cost(points, kernel, scale, factors, limits)
         n = len(cloud.points)
         copies = n / len(cloud.working) if n > WORKING_POINTS and not exact else 1.0
         linear = Linear.of(primitive, cost, distance, jacobian, copies)
-        agreement = None if exact else _agreement(evidence, cloud)
-        return cls(primitive, cloud, limits, cost, inlier, exact, agreement, linear)
+        agreement = None if exact else _agreement(evidence)
+        return cls(primitive, trial, cost, inlier, exact, agreement, linear)
 
     @property
-    def small(self) -> bool:
-        return self.cloud.is_small(dof_within(self.primitive.kind, self.limits))
+    def cloud(self) -> Cloud:
+        return self.trial.cloud
+
+    @property
+    def limits(self) -> Limits | None:
+        return self.trial.limits
 
     @property
     def copies(self) -> float:
@@ -117,7 +118,7 @@ class Optimum:
 
     def by_step(self) -> Array:
         """Derivatives (P, dof) of the numbers of the answer, in input units, by a step."""
-        return self.units[:, None] * derivative(self.primitive, self.center)
+        return self.units[:, None] * self.primitive.derivative(self.center)
 
     @property
     def center(self) -> Array:
@@ -132,14 +133,14 @@ class Optimum:
     def _linear(self, limits: Limits | None) -> Linear:
         if limits is None:
             return self.full
-        return self.full.within(limits.free_steps(self.primitive.row(), self.primitive.dof))
+        return self.full.within(limits.free_steps(self.primitive.row()))
 
 
-def _agreement(evidence: Evidence, cloud: Cloud) -> Agreement | None:
+def _agreement(evidence: Evidence) -> Agreement | None:
     """Of the distances of the inliers; their variance is that of normal noise."""
     if evidence.explained is None:
         return None
-    left = evidence.distance[evidence.inlier]
+    cloud, left = evidence.cloud, evidence.distance[evidence.inlier]
     variance = float(left @ left) / max(len(left) - evidence.free, 1)
     return Agreement.of(evidence.explained, cloud.patch, evidence.inlier, cloud.extent, variance)
 

@@ -14,10 +14,10 @@ import numpy as np
 
 from ..geometry.vectors import Array
 from ..noise.kernels import Kernel
-from ..primitives import Primitive
-from ..primitives.chart import SIZES
-from ..solver.limits import Limits
+from ..primitives import SIZES
+from ..primitives.primitive import Primitive
 from ..solver.refine import linearize, stepped
+from ..trial.limits import Limits
 
 ROUNDS = 24
 CLOSE = 0.02
@@ -50,7 +50,7 @@ class Cost:
 
     def near(self, primitive: Primitive) -> "Local":
         distance, rows = linearize(primitive, self.points)
-        free = None if self.limits is None else self.limits.free_steps(primitive.row(), primitive.dof)
+        free = None if self.limits is None else self.limits.free_steps(primitive.row())
         if free is not None:
             rows = rows @ free
         if self.factors is not None:

@@ -6,7 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..primitives.chart import worded
+from ..plain import worded
+from ..primitives import direction_of
 
 WarningCode = Literal[
     "minimal_sample",
@@ -121,7 +122,7 @@ def _sizes(found: Findings) -> Iterator[Warning]:
 
 def _axis(found: Findings) -> Iterator[Warning]:
     if found.axis_95 is not None and found.axis_95 > WEAK_AXIS:
-        name = "normal" if found.kind == "plane" else "axis"
+        name = direction_of(found.kind)
         within = f"known to within {np.degrees(found.axis_95):.2g} degrees only"
         told = "not determined" if found.axis_95 >= MOST_TURNED else within
         yield Warning("weak_axis", f"the {name} is {told}")

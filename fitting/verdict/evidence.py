@@ -9,19 +9,16 @@ from scipy.spatial import cKDTree
 from ..cloud.cloud import Cloud
 from ..cloud.normals import NEIGHBOURS
 from ..cloud.patches import GRAIN, PATCHES, strips_of
-from ..geometry.vectors import Array, around_axis, basis, principal
+from ..geometry.vectors import Array
 from ..noise.exact import exact_points
 from ..noise.fields import Explanations, Patched, explanations
 from ..noise.outliers import NoiseModel
 from ..noise.rounding import ROUNDING_NOISE
-from ..primitives import Primitive
-from ..primitives.cone import Cone
-from ..primitives.cylinder import Cylinder
-from ..primitives.plane import Plane
-from ..primitives.sphere import Sphere
-from ..primitives.torus import Torus
-from ..solver.limits import NUMBERS, Limits, dof_within, moved
+from ..primitives import is_length
+from ..primitives.primitive import Primitive
 from ..solver.refine import linearize
+from ..trial.limits import Limits, moved
+from ..trial.trial import Trial
 
 OUTLIER = 4.0
 """Points farther than this many noise scales are rejected as outliers: of normal noise 1 in 16,000."""
@@ -47,10 +44,9 @@ class Evidence:
 
     Attributes
     ----------
+    trial : kind, cloud and limits
     primitive : the surface that was judged
-    limits : within which it was fitted
     free : parameters of it that no fixed value and no active limit holds
-    small : too few points to reject any
     distance : (M,) signed distances of the working points
     exact : (M,) mask of the points on the surface within the rounding
     inlier : (M,) mask of the points not rejected as outliers
@@ -64,10 +60,9 @@ class Evidence:
     on_curves : the points lie on curves, such as two rings, through which other surfaces pass as well
     """
 
+    trial: Trial
     primitive: Primitive
-    limits: Limits | None
     free: int
-    small: bool
     distance: Array
     exact: np.ndarray
     inlier: np.ndarray
@@ -80,53 +75,41 @@ class Evidence:
     on_curves: bool
 
     @classmethod
-    def weigh(cls, primitive: Primitive, cloud: Cloud, limits: Limits | None = None) -> Self:
-        """Of a primitive, in the frame of the cloud, that was fitted to it within limits."""
-        dof = dof_within(primitive.kind, limits)
-        free = primitive.dof - (0 if limits is None else limits.held(primitive.row()))
-        small = cloud.is_small(dof)
+    def weigh(cls, primitive: Primitive, trial: Trial) -> Self:
+        """Of a primitive, in the frame of the cloud, that was fitted to it within the limits of the trial."""
+        cloud = trial.cloud
+        free = primitive.dof - trial.held(primitive.row())
         distance = primitive.signed_distance(cloud.working)
-        absolute = np.abs(distance)
-        exact = exact_points(absolute, cloud.tolerance, dof)
+        exact = exact_points(np.abs(distance), cloud.tolerance, trial.dof)
         rest = distance if exact.all() else distance[~exact]
         noise = NoiseModel.of(rest, ROUNDING_NOISE * cloud.tolerance, cloud.extent)
-        inlier, reach, second = np.ones_like(exact), np.inf, 0.0
-        spare = max(len(absolute) - free, 1)
-        if exact.all():
-            noise_scale, reach = 0.0, EXACT_REACH * cloud.extent
-        elif small:
-            noise_scale = float(np.sqrt(np.sum(absolute**2) / spare))
-        else:
-            noise_scale = noise.scale
-            if not exact.any():
-                noise_scale *= float(np.sqrt(len(absolute) / spare))
-            nearby = EXACT_REACH * cloud.extent if exact.any() else cloud.tolerance
-            reach = max(OUTLIER * noise_scale, nearby)
-            inlier = exact | (absolute <= reach)
-            far = absolute > nearby if exact.any() else ~inlier
-            second = _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
+        noise_scale, reach = _scatter(trial, free, distance, exact, noise.scale)
+        inlier = exact | (np.abs(distance) <= reach)
         explained, beside = None, 0.0
         if not exact.any():
-            explained, beside = _explained(primitive, cloud, inlier, limits), _outliers(inlier, cloud)
+            explained, beside = _explained(primitive, trial, inlier), _outliers(inlier, cloud)
         if explained is not None:
-            spread = explained.spread if limits is None else np.zeros(primitive.dof)
+            spread = explained.spread if trial.limits is None else np.zeros(primitive.dof)
             beside += _sizes(primitive, spread, cloud.extent)
         return cls(
-            primitive,
-            limits,
-            free,
-            small,
-            distance,
-            exact,
-            inlier,
-            reach,
-            noise,
-            noise_scale,
-            second,
-            explained,
-            beside,
-            _on_curves(primitive.kind, cloud, exact if exact.any() else inlier, noise_scale),
+            trial=trial,
+            primitive=primitive,
+            free=free,
+            distance=distance,
+            exact=exact,
+            inlier=inlier,
+            reach=reach,
+            noise=noise,
+            noise_scale=noise_scale,
+            second_surface=0.0 if reach == np.inf else _second_surface(cloud, distance, exact, inlier),
+            explained=explained,
+            beside=beside,
+            on_curves=_on_curves(primitive, cloud, exact if exact.any() else inlier, noise_scale),
         )
+
+    @property
+    def cloud(self) -> Cloud:
+        return self.trial.cloud
 
     @property
     def exact_share(self) -> float:
@@ -140,14 +123,14 @@ class Evidence:
     def mean_inlier_distance(self) -> float:
         return float(np.abs(self.distance[self.inlier]).mean())
 
-    def along_its_own(self, cloud: Cloud) -> list[Explanations]:
+    def along_its_own(self) -> list[Explanations]:
         """The inliers' distances as functions of one coordinate of the surface: around it, along it.
 
         What depends on one of them alone, the corners of a bar or the ribs of a can, is lost in patches.
         """
-        residual, jacobian, feet = _linear(self.primitive, cloud.working[self.inlier], self.limits)
-        found = []
-        for place, turn in _coordinates(self.primitive, feet, cloud.extent):
+        cloud, found = self.cloud, []
+        residual, jacobian, feet = _linear(self.primitive, cloud.working[self.inlier], self.trial.limits)
+        for place, turn in self.primitive.coordinates(feet, cloud.extent):
             grain = strips_of(place, max(PATCHES, len(place) // GRAIN))
             patched = Patched.of(strips_of(place), grain, residual, jacobian, place[:, None], turn)
             if len(patched.mean) > jacobian.shape[1]:
@@ -155,13 +138,36 @@ class Evidence:
         return found
 
 
-def _explained(
-    primitive: Primitive, cloud: Cloud, inlier: np.ndarray, limits: Limits | None
-) -> Explanations | None:
+def _scatter(
+    trial: Trial, free: int, distance: Array, exact: np.ndarray, noise: float
+) -> tuple[float, float]:
+    """Standard deviation of the noise, and the distance beyond which points are outliers.
+
+    `noise` is that of the points that are not exact. In a small cloud all count, and none is rejected.
+    """
+    cloud, spare = trial.cloud, max(len(distance) - free, 1)
+    if exact.all():
+        return 0.0, EXACT_REACH * cloud.extent
+    if trial.is_small:
+        return float(np.sqrt(np.sum(np.abs(distance) ** 2) / spare)), np.inf
+    if exact.any():
+        return noise, max(OUTLIER * noise, EXACT_REACH * cloud.extent)
+    noise *= float(np.sqrt(len(distance) / spare))
+    return noise, max(OUTLIER * noise, cloud.tolerance)
+
+
+def _second_surface(cloud: Cloud, distance: Array, exact: np.ndarray, inlier: np.ndarray) -> float:
+    """Share of the points that are far from a surface, and lie on one of their own."""
+    far = np.abs(distance) > EXACT_REACH * cloud.extent if exact.any() else ~inlier
+    return _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
+
+
+def _explained(primitive: Primitive, trial: Trial, inlier: np.ndarray) -> Explanations | None:
     """Of the inliers in patches most of whose points are inliers."""
+    cloud = trial.cloud
     most = np.bincount(cloud.patch, inlier) >= 0.5 * np.bincount(cloud.patch)
     seen = inlier & most[cloud.patch]
-    residual, jacobian, feet = _linear(primitive, cloud.working[seen], limits)
+    residual, jacobian, feet = _linear(primitive, cloud.working[seen], trial.limits)
     patched = Patched.of(cloud.patch[seen], cloud.grain[seen], residual, jacobian, feet / cloud.extent)
     if len(patched.mean) <= jacobian.shape[1]:
         return None
@@ -174,7 +180,7 @@ def _linear(primitive: Primitive, points: Array, limits: Limits | None) -> tuple
         residual, jacobian = linearize(primitive, points)
     else:
         residual, jacobian = linearize(moved(primitive, -limits.pivot), points - limits.pivot)
-        jacobian = jacobian @ limits.free_steps(moved(primitive, -limits.pivot).row(), primitive.dof)
+        jacobian = jacobian @ limits.free_steps(moved(primitive, -limits.pivot).row())
     return residual, jacobian, points - residual[:, None] * primitive.gradient(points)
 
 
@@ -198,8 +204,8 @@ def _sizes(primitive: Primitive, spread: Array, extent: float) -> float:
     than `spread`, (dof,) of the steps, may be as large as that.
     """
     found = 0.0
-    for (kind, name), (component, place) in NUMBERS.items():
-        if kind != primitive.kind or name == "half_angle":
+    for name, (component, place) in primitive.chart.numbers.items():
+        if not is_length(name):
             continue
         radius = float(primitive.row()[place])
         if radius > 0.0:
@@ -208,24 +214,7 @@ def _sizes(primitive: Primitive, spread: Array, extent: float) -> float:
     return found
 
 
-def _coordinates(primitive: Primitive, feet: Array, extent: float) -> list[tuple[Array, float]]:
-    """Coordinates (N,) on a surface, angles [rad] and lengths over the extent, with their period or 0."""
-    if isinstance(primitive, Sphere):
-        return []
-    if isinstance(primitive, Plane):
-        axes = principal(feet)[1]
-        return [(feet @ axes[:, 0] / extent, 0.0), (feet @ axes[:, 1] / extent, 0.0)]
-    origin = {Cylinder: "point", Cone: "apex", Torus: "center"}[type(primitive)]
-    axis: Array = primitive.axis  # type: ignore[attr-defined]
-    radial, rho, height = around_axis(feet, getattr(primitive, origin), axis)
-    u, v = basis(axis)
-    around = np.arctan2(radial @ v, radial @ u), 2.0 * np.pi
-    if isinstance(primitive, Torus):
-        return [around, (np.arctan2(height, rho - primitive.major_radius), 2.0 * np.pi)]
-    return [around, (height / extent, 0.0)]
-
-
-def _on_curves(kind: str, cloud: Cloud, near: np.ndarray, noise_scale: float) -> bool:
+def _on_curves(primitive: Primitive, cloud: Cloud, near: np.ndarray, noise_scale: float) -> bool:
     """Whether more quadrics than hold all of a surface of this kind pass through its points as exactly.
 
     Two of them meet in curves. Within much noise every arc has several. A plane is held by itself times any
@@ -237,9 +226,8 @@ def _on_curves(kind: str, cloud: Cloud, near: np.ndarray, noise_scale: float) ->
     x, y, z = (cloud.working[cloud.sample[near[cloud.sample]]] @ cloud.axes / cloud.extent).T
     linear, square = [np.ones_like(x), x, y, z], [x * x, y * y, z * z, x * y, x * z, y * z]
     terms = np.stack(linear + square, axis=1)
-    own = {"plane": len(linear), "torus": 0}.get(kind, 1)
     sizes = np.linalg.svd(terms / np.sqrt(len(terms)), compute_uv=False)
-    return int(np.count_nonzero(sizes <= reach)) > own
+    return int(np.count_nonzero(sizes <= reach)) > primitive.quadrics
 
 
 def _on_surfaces(points: Array) -> int:

@@ -6,7 +6,6 @@ from typing import Literal
 
 import numpy as np
 
-from ..cloud.cloud import Cloud
 from ..geometry.vectors import Array
 from ..names import KINDS
 from ..noise.fields import PRIOR, Explanations
@@ -103,12 +102,13 @@ def prior_of(probability: float | None) -> float:
     return float(np.log((1.0 - MISTAKEN) * probability + MISTAKEN / len(KINDS)))
 
 
-def bearable(explained: Explanations, evidence: Evidence, extent: float, tolerance: float) -> np.ndarray:
+def bearable(explained: Explanations, evidence: Evidence, tolerance: float) -> np.ndarray:
     """Mask (T,) of explanations by which the cloud is of this kind, and no other shape.
 
     Within patches rough noise may be hidden, too, of the size of the white one. A surface that has few points
     to hug must scatter less, by twice its parameters, down to half as much.
     """
+    extent = evidence.cloud.extent
     form = max(FORM * extent, tolerance)
     seen = explained.smooth <= np.maximum(explained.white, form)
     hidden = explained.hidden <= np.maximum(2.0 * explained.white, form)
@@ -116,17 +116,16 @@ def bearable(explained: Explanations, evidence: Evidence, extent: float, toleran
     return np.asarray(seen & hidden & (evidence.noise_scale <= most))
 
 
-def claim(
-    evidence: Evidence, cloud: Cloud, probability: float | None, mean_error: float, question: Question
-) -> Claim:
+def claim(evidence: Evidence, probability: float | None, mean_error: float, question: Question) -> Claim:
     """Of a fitted kind with this probability in the ranking, or None without one.
 
     `mean_error` is the mean distance of all points from the answer, over the diagonal: what `max_error` is
     held against where every point counts.
     """
+    cloud = evidence.cloud
     prior, odds, foreign = prior_of(probability), 0.0, -np.inf
     if evidence.explained is not None:
-        mask = bearable(evidence.explained, evidence, cloud.extent, question.tolerance)
+        mask = bearable(evidence.explained, evidence, question.tolerance)
         odds = evidence.explained.among(mask)
         foreign = evidence.explained.among(~mask) + evidence.beside + prior_of(0.0)
     odds += evidence.beside + prior
@@ -134,12 +133,12 @@ def claim(
     if not refusal and (refusal := _several(evidence, len(cloud.working))):
         foreign = max(foreign, odds)
     settled = evidence.exact_share > 0.5 and not evidence.on_curves
-    found = Claim(evidence, prior, refusal, settled, odds, foreign, _words(evidence, cloud))
+    found = Claim(evidence, prior, refusal, settled, odds, foreign, _words(evidence))
     if question.max_error is not None:
         mean = mean_error if question.counts_all else evidence.mean_inlier_distance / cloud.diagonal
         return _by_threshold(found, mean, question.max_error, question.counts_all)
     if question.only and question.counts_all:
-        return _as_told(found, cloud, question.tolerance)
+        return _as_told(found, question.tolerance)
     scattered = evidence.noise_scale > 2.0 * SCATTER * cloud.extent
     if 0.0 < evidence.exact_share <= PART and scattered and not refusal:
         return replace(found, refusal=f"{found.words}, which is no surface")
@@ -155,11 +154,11 @@ def _by_threshold(found: Claim, mean: float, max_error: float, counts_all: bool)
     return replace(found, refusal=refusal, settled=within, foreign=-np.inf, words=words)
 
 
-def _as_told(found: Claim, cloud: Cloud, tolerance: float) -> Claim:
+def _as_told(found: Claim, tolerance: float) -> Claim:
     """The claim of the only kind allowed, by every point: however it fits, the caller knows what it is."""
     words = found.words
     if found.refusal or found.foreign > found.odds:
-        why = found.refusal or _off(found.evidence.explained, found.evidence, cloud, tolerance)
+        why = found.refusal or _off(found.evidence.explained, found.evidence, tolerance)
         words = f"the only kind allowed, though {why}"
     return replace(found, refusal="", settled=True, foreign=-np.inf, words=words)
 
@@ -188,9 +187,10 @@ def _several(evidence: Evidence, n_points: int) -> str:
     return ""
 
 
-def _words(evidence: Evidence, cloud: Cloud) -> str:
+def _words(evidence: Evidence) -> str:
     """What the points are like about the surface, in input units."""
-    unit, kind = cloud.frame.scale, evidence.primitive.kind
+    cloud, kind = evidence.cloud, evidence.primitive.kind
+    unit = cloud.frame.scale
     if evidence.exact.all():
         return "every point lies on it within the rounding of the coordinates"
     scatter = f"scatter by {unit * evidence.noise_scale:.3g} about the {kind}"
@@ -248,18 +248,18 @@ def best_of(claims: list[Claim]) -> Claim:
     return best
 
 
-def decide(claims: list[Claim], cloud: Cloud, tolerance: float) -> Decision:
+def decide(claims: list[Claim], tolerance: float) -> Decision:
     """From at least one claim: the likeliest kind, those that are about as likely, or none of them."""
     possible = [each for each in claims if not each.refusal]
     if not possible:
         best = max(claims, key=lambda each: each.standing)
         return Decision("no_fit", best, (), best.refusal)
     likeliest = best_of(possible)
-    foreign, why = _foreign(likeliest, claims, cloud, tolerance)
+    foreign, why = _foreign(likeliest, claims, tolerance)
     if foreign > likeliest.odds:
         return Decision("no_fit", likeliest, (), why)
     tells = tolerance and not likeliest.evidence.on_curves
-    same = [each for each in possible if tells and _agree(each, likeliest, cloud, tolerance)]
+    same = [each for each in possible if tells and _agree(each, likeliest, tolerance)]
     best = min(same, key=lambda each: each.dof, default=likeliest)
     rivals = [
         each
@@ -282,7 +282,7 @@ def _as_likely(other: Claim, best: Claim) -> bool:
     return not (one.exact.any() or two.exact.any()) and best.odds - other.odds < DECIDED
 
 
-def _foreign(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: float) -> tuple[float, str]:
+def _foreign(best: Claim, claims: list[Claim], tolerance: float) -> tuple[float, str]:
     """How likely it is that none of the kinds is right, in the unit of the odds of the best claim, and why.
 
     Beside what each kind's patches say of another shape near it, whether the points deviate smoothly from the
@@ -291,22 +291,21 @@ def _foreign(best: Claim, claims: list[Claim], cloud: Cloud, tolerance: float) -
     if best.settled or best.evidence.exact.any():
         return -np.inf, ""
     other = max(claims, key=lambda each: each.foreign)
-    found = [
-        (other.foreign, other.refusal or _off(other.evidence.explained, other.evidence, cloud, tolerance))
-    ]
-    for explained in best.evidence.along_its_own(cloud):
-        mask = bearable(explained, best.evidence, cloud.extent, tolerance)
+    found = [(other.foreign, other.refusal or _off(other.evidence.explained, other.evidence, tolerance))]
+    for explained in best.evidence.along_its_own():
+        mask = bearable(explained, best.evidence, tolerance)
         odds = best.odds - best.prior + prior_of(0.0) + explained.among(~mask) - explained.among(mask)
-        found.append((odds, _off(explained, best.evidence, cloud, tolerance)))
+        found.append((odds, _off(explained, best.evidence, tolerance)))
     return max(found)
 
 
-def _off(explained: Explanations | None, evidence: Evidence, cloud: Cloud, tolerance: float) -> str:
+def _off(explained: Explanations | None, evidence: Evidence, tolerance: float) -> str:
     """What is wrong with a surface, by the likeliest explanation that its kind does not bear."""
     if explained is None:
-        return _words(evidence, cloud)
-    kind, unit = evidence.primitive.kind, cloud.frame.scale
-    wrong = ~bearable(explained, evidence, cloud.extent, tolerance)
+        return _words(evidence)
+    kind, cloud = evidence.primitive.kind, evidence.cloud
+    unit = cloud.frame.scale
+    wrong = ~bearable(explained, evidence, tolerance)
     worst = int(np.argmax(np.where(wrong, explained.log_evidence, -np.inf)))
     white, smooth, span = explained.white[worst], explained.smooth[worst], explained.smooth_range[worst]
     if smooth > max(white, FORM * cloud.extent):
@@ -321,7 +320,7 @@ def _off(explained: Explanations | None, evidence: Evidence, cloud: Cloud, toler
 
 
 def may_overtake(
-    kind: str, probability: float, best: Claim, cloud: Cloud, tolerance: float, apart: Callable[[str], float]
+    kind: str, probability: float, best: Claim, tolerance: float, apart: Callable[[str], float]
 ) -> bool:
     """Whether an untried kind might be as likely as the best claim, if it left over nothing but white noise.
 
@@ -337,7 +336,8 @@ def may_overtake(
     known = prior_of(probability) - (best.prior if best.odds >= best.foreign else prior_of(0.0))
     if best.evidence.exact.any():
         return known > -DECIDED
-    explained, more = best.evidence.explained, PRIMITIVES[kind].dof - best.dof
+    cloud, explained = best.evidence.cloud, best.evidence.explained
+    more = PRIMITIVES[kind].dof - best.dof
     limit = max(best.evidence.noise_scale, FORM * cloud.extent, tolerance)
     if explained is not None and explained.unexplained is not None:
         spread = PRIOR * cloud.extent * np.sqrt(np.count_nonzero(best.evidence.inlier))
@@ -347,9 +347,9 @@ def may_overtake(
     return more >= 0 or apart(kind) <= 2.0 * limit
 
 
-def _agree(one: Claim, other: Claim, cloud: Cloud, tolerance: float) -> bool:
+def _agree(one: Claim, other: Claim, tolerance: float) -> bool:
     """Whether two surfaces are within the tolerance of each other where the cloud is."""
-    surface = one.evidence.primitive
+    surface, cloud = one.evidence.primitive, one.evidence.cloud
     points: Array = cloud.working[cloud.sample[one.evidence.inlier[cloud.sample]]]
     feet = points - surface.signed_distance(points)[:, None] * surface.gradient(points)
     return bool(np.all(np.abs(other.evidence.primitive.signed_distance(feet)) <= tolerance))

@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 from ..cloud.cloud import Cloud
 from ..errors import FailedFit
 from ..geometry.vectors import TINY, Array
-from ..primitives import Primitive
-from ..solver.refine import linearize_along, stepped
-from .bending import bent
+from ..primitives import direction_of
+from ..primitives.primitive import Primitive
+from ..solver.refine import bent, linearize_along, stepped
 from .programme import SLACK, Linear, linear_programme
 
 LARGEST_TURN = 0.11
@@ -138,7 +138,7 @@ def maximum_inscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
     if inscribed:
         return max(inscribed, key=lambda end: float(end.row()[8]))
     return FailedFit(
-        f"the points do not enclose the {'centre' if start.kind == 'sphere' else 'axis'} of a {start.kind}: "
+        f"the points do not enclose the {direction_of(start.kind) or 'centre'} of a {start.kind}: "
         "an inscribed one grows without limit, or did not come to rest"
     )
 

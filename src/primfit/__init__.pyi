@@ -2,16 +2,17 @@ from .app.engine.estimator import PrimitiveFitter
 from .app.engine.fit import fit
 from .app.engine.segments import Segment, fit_segments
 from .app.exports import NothingToExportError, export, form_errors, residuals
+from .fitting.answer.form import Form
 from .fitting.answer.residuals import Residuals
 from .fitting.answer.result import Alternative, Attempt, Recognition
 from .fitting.answer.values import Deviation, ErrorSummary, NoiseSummary
 from .fitting.errors import InvalidOptionError, InvalidPointCloudError
-from .fitting.form import Form
 from .fitting.names import KINDS
-from .fitting.primitives import Primitive, parameters
+from .fitting.primitives import parameters
 from .fitting.primitives.cone import Cone
 from .fitting.primitives.cylinder import Cylinder
 from .fitting.primitives.plane import Plane
+from .fitting.primitives.primitive import Primitive
 from .fitting.primitives.sphere import Sphere
 from .fitting.primitives.torus import Torus
 from .fitting.recognize import recognize

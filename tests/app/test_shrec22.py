@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from primfit.app.engine.shrec22 import prediction
-from primfit.fitting.primitives import Primitive, parameters
+from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 

@@ -16,10 +16,10 @@ from primfit.benchmark.measures import (
     surface_error,
     truth_errors,
 )
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.shrec22 import from_vector, to_vector

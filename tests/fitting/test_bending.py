@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.solver.refine import stepped
-from primfit.fitting.zones.bending import bent
+from primfit.fitting.zones.extreme import bent
 from tests.fitting.clouds import EXAMPLES, sample
 
 CURVED = {name: primitive for name, primitive in EXAMPLES.items() if name != "plane"}

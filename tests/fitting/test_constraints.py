@@ -13,18 +13,19 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from primfit.fitting.noise.kernels import Kernel
-from primfit.fitting.primitives import Primitive, parameters
+from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import EXTREME, Config
 from primfit.fitting.request.constraints import Constraints, Range
 from primfit.fitting.request.guess import guess_of
-from primfit.fitting.solver.limits import Limits, moved
 from primfit.fitting.solver.refine import refine
+from primfit.fitting.trial.limits import Limits, moved
 from tests.fitting.clouds import EXAMPLES, Array, noisy
 
 FAR = np.array([3e3, -2e3, 1e3])

@@ -12,8 +12,8 @@ from primfit.fitting.noise.exact import exact_points
 from primfit.fitting.noise.kernels import Kernel
 from primfit.fitting.noise.rounding import rounding_of
 from primfit.fitting.noise.scale import core_scale, is_normal
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.search.anneal import anneal
 from primfit.fitting.search.kind import Fit, fit_kind
 from primfit.fitting.solver.refine import refine, stepped

@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from primfit.fitting.extents import EXTENTS, PlaneExtents, extents_of
+from primfit.fitting.extents import EXTENTS, extents_of
+from primfit.fitting.extents.plane import PlaneExtents
 from primfit.fitting.geometry.vectors import Array, around_axis, basis
 from primfit.fitting.names import KINDS
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize

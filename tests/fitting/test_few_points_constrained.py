@@ -12,8 +12,8 @@ from primfit.fitting.primitives import PRIMITIVES
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.request.constraints import Constraints
-from primfit.fitting.solver.limits import Limits, dof_within
 from primfit.fitting.solver.refine import refine, stepped
+from primfit.fitting.trial.limits import Limits, dof_within
 from tests.fitting.clouds import EXAMPLES, Array, noisy, sample
 from tests.fitting.test_constraints import CASES, IDS
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.form import OUTERMOST, Form, Reference, form_of
+from primfit.fitting.answer.form import OUTERMOST, Form, Reference, form_of
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 

@@ -6,7 +6,7 @@ from scipy.optimize import least_squares
 
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.noise.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
-from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config

@@ -6,8 +6,9 @@ from scipy.optimize import approx_fprime
 
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.names import KINDS
-from primfit.fitting.primitives import PRIMITIVES, Primitive, parameters
+from primfit.fitting.primitives import PRIMITIVES, parameters
 from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.solver.refine import linearize, refine, stepped
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample

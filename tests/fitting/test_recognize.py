@@ -10,9 +10,10 @@ from primfit.benchmark.cases import CASE_SETS
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from primfit.fitting.names import KINDS
-from primfit.fitting.primitives import Primitive, parameters
+from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize

@@ -6,8 +6,8 @@ import pytest
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.noise.kernels import Kernel
 from primfit.fitting.noise.scale import core_scale
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.search.rest import at_rest
 from primfit.fitting.solver.refine import refine

@@ -13,7 +13,7 @@ from primfit.benchmark.coverage import waves
 from primfit.fitting.cloud.patches import patches_of
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.noise.kernels import Kernel
-from primfit.fitting.primitives.chart import derivative, names_of, values_of
+from primfit.fitting.primitives import derivative, names_of, values_of
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.recognize import recognize

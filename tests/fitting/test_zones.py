@@ -9,8 +9,9 @@ from primfit.benchmark.proofs.zones import all_around
 from primfit.fitting.cloud.cloud import Cloud
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.errors import FailedFit, InvalidOptionError
-from primfit.fitting.primitives import Primitive, parameters
+from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config

@@ -14,10 +14,11 @@ import pytest
 
 from primfit.fitting.geometry.vectors import basis
 from primfit.fitting.names import KINDS
-from primfit.fitting.primitives import PRIMITIVES, Primitive
+from primfit.fitting.primitives import PRIMITIVES
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.solver.refine import linearize, stepped

@@ -8,7 +8,8 @@ import numpy as np
 from primfit.fitting.answer.residuals import Deviations
 from primfit.fitting.answer.result import Alternative
 from primfit.fitting.errors import FailedFit
-from primfit.fitting.primitives.chart import SIZES, worded
+from primfit.fitting.plain import worded
+from primfit.fitting.primitives import SIZES
 
 from ..colors import color_limit
 from ..fitted import Fitted

@@ -5,9 +5,9 @@ from typing import Self
 
 import numpy as np
 
-from primfit.fitting.extents import PlaneExtents
+from primfit.fitting.extents.plane import PlaneExtents
 from primfit.fitting.geometry.vectors import Array, basis, cross
-from primfit.fitting.primitives import Primitive
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 

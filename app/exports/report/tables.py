@@ -4,14 +4,15 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from primfit.fitting.answer.form import Form, Reference
 from primfit.fitting.answer.residuals import Deviations
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.answer.values import Deviation, ErrorSummary
 from primfit.fitting.errors import FailedFit
-from primfit.fitting.extents import Extents
-from primfit.fitting.form import Form, Reference
-from primfit.fitting.primitives import Primitive
-from primfit.fitting.primitives.chart import DIRECTIONS, is_length, names_of, values_of, worded
+from primfit.fitting.extents.values import Extents
+from primfit.fitting.plain import worded
+from primfit.fitting.primitives import DIRECTIONS, is_length, names_of, values_of
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.uncertainty.values import Uncertainty
 
 from ...engine.answer import receipt, versions

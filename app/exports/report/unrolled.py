@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from primfit.fitting.extents import PlaneExtents
+from primfit.fitting.extents.plane import PlaneExtents
 from primfit.fitting.geometry.vectors import Array, around_axis, cross
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.sphere import Sphere

@@ -9,10 +9,10 @@ import pytest
 from primfit.app.exports import NothingToExportError, export
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.primitives import Primitive
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize

@@ -1,6 +1,6 @@
 """What `_limits` hands to other compiled modules."""
 
-cdef extern from "solver/surfaces.h" nogil:
+cdef extern from "trial/surfaces.h" nogil:
     enum:
         MOST
     double TINY
@@ -18,7 +18,6 @@ cdef extern from "solver/surfaces.h" nogil:
     ctypedef struct Kind:
         const char *name
         int dof
-        int slots[3]
         void (*step)(Surface *surface, const double *step) noexcept nogil
         void (*settle)(Surface *surface) noexcept nogil
         void (*level)(double *values) noexcept nogil
@@ -36,6 +35,7 @@ cdef extern from "geometry/small.h" nogil:
 
 cdef struct Held:
     bint frozen[MOST]
+    int slots[3]
     double low[3]
     double high[3]
     double reference[3]

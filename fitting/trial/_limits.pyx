@@ -9,20 +9,22 @@ cdef double NEAR = 1e-6
 
 
 cdef class Bounds:
-    """The limits on one kind as the steps obey them; see `fitting.solver.limits.Limits`.
+    """The limits on one kind as the steps obey them; see `fitting.trial.limits.Limits`.
 
     Parameters
     ----------
     frozen : components of a step that are 0
-    low, high : (3,) bounds of the numbers of a row from row[6] on
+    slots : (3,) the component that adds to each number of a row from row[6] on, or -1
+    low, high : (3,) bounds of these numbers
     reference, most_tilt : (3,) unit direction that the axis or normal is within so large an angle [rad] of
     """
 
-    def __init__(self, *, frozen, low, high, reference, double most_tilt):
+    def __init__(self, *, frozen, slots, low, high, reference, double most_tilt):
         cdef int k
         for k in range(MOST):
             self.held.frozen[k] = k < len(frozen) and frozen[k]
         for k in range(3):
+            self.held.slots[k] = slots[k]
             self.held.low[k], self.held.high[k], self.held.reference[k] = low[k], high[k], reference[k]
         self.held.most_tilt = most_tilt
 
@@ -176,7 +178,7 @@ cdef bint solve_within(
     cdef const double *a = &surface.axis[0]
     for k in range(3):
         if limits.low[k] > -INFINITY or limits.high[k] < INFINITY:
-            where[bounded] = KINDS[surface.kind].slots[k]
+            where[bounded] = limits.slots[k]
             low[bounded], high[bounded] = limits.low[k] - surface.numbers[k], limits.high[k] - surface.numbers[k]
             bounded += not limits.frozen[where[bounded]]
     if limits.most_tilt == INFINITY:

@@ -11,22 +11,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .cloud.cloud import Cloud
-from .cloud.frame import Frame
-from .errors import FailedFit, InvalidPointCloudError
-from .geometry.vectors import Array
-from .primitives import Primitive
-from .search.criteria import cheapest_minimum
-from .solver.refine import stepped
-from .zones.extreme import minimum_zone
-
-NAMES = {
-    "plane": "flatness",
-    "sphere": "sphericity",
-    "cylinder": "cylindricity",
-    "cone": "conicity",
-    "torus": "toroidal form",
-}
+from ..cloud.cloud import Cloud
+from ..cloud.frame import Frame
+from ..errors import FailedFit, InvalidPointCloudError
+from ..geometry.vectors import Array
+from ..primitives.primitive import NO_ROWS, Primitive
+from ..search.criteria import cheapest_minimum
+from ..solver.refine import stepped
+from ..trial.trial import Trial
+from ..zones.extreme import minimum_zone
 
 OUTERMOST = 2000
 """So many points, the outermost, decide a minimum zone first; those beyond it join them."""
@@ -36,9 +29,6 @@ ROUNDS = 20
 
 SAME_WIDTH, ROUNDING = 1e-12, 1e-15
 """Points that are beyond a zone by less than this share of its width, or this in the frame, are not."""
-
-TURNED = ("plane", "cylinder", "torus")
-"""Kinds whose axis or normal may point either way."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +73,7 @@ def form_of(primitive: Primitive, points: Array) -> Form:
     The fits are those of the criteria `least_squares` and `minimum_zone`. A feature that cannot be had says
     why, as a `FailedFit`.
     """
-    name = NAMES[primitive.kind]
+    name = primitive.form
     try:
         cloud = Cloud.prepare(points, None, np.random.default_rng(0))
     except InvalidPointCloudError as error:
@@ -93,7 +83,7 @@ def form_of(primitive: Primitive, points: Array) -> Form:
         failed = FailedFit(f"{len(cloud.working)} points do not determine a {primitive.kind}")
         return Form(name, len(points), failed, failed)
     start = cloud.frame.bring(primitive)
-    least_squares = cheapest_minimum(start, np.empty((0, 9)), cloud, None)
+    least_squares = cheapest_minimum(start, NO_ROWS, Trial(start.kind, cloud))
     best = start if isinstance(least_squares, FailedFit) else least_squares
     zone = _minimum_zone(_centred(best, cloud), cloud)
     references = (_reference(found, start, cloud) for found in (least_squares, zone))
@@ -105,7 +95,7 @@ def _reference(found: Primitive | FailedFit, start: Primitive, cloud: Cloud) -> 
     if isinstance(found, FailedFit):
         return found
     row = found.canonical(np.zeros(3)).row()
-    if found.kind in TURNED and row[:3] @ start.row()[:3] < 0.0:
+    if not found.has_sign and row[:3] @ start.row()[:3] < 0.0:
         row[:3] = -row[:3]
     return Reference.of(type(found).from_row(row), cloud.points, cloud.frame)
 

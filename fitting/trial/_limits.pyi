@@ -9,6 +9,7 @@ class Bounds:
         self,
         *,
         frozen: Sequence[bool] | np.ndarray,
+        slots: Sequence[int],
         low: Array,
         high: Array,
         reference: Array,
