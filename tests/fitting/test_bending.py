@@ -6,8 +6,7 @@ import pytest
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
-from primfit.fitting.solver.refine import stepped
-from primfit.fitting.zones.extreme import bent
+from primfit.fitting.solver.refine import bent, stepped
 from tests.fitting.clouds import EXAMPLES, sample
 
 CURVED = {name: primitive for name, primitive in EXAMPLES.items() if name != "plane"}

@@ -153,7 +153,7 @@ def test_the_optimum_under_a_kernel_is_that_of_scipy(kind: str, parts: dict[str,
     assert start is not None
     points = CLOUDS[kind] - FAR
     found = refine(
-        moved(start, -FAR - limits.pivot), points - limits.pivot, Kernel.TUKEY, SIGMA, limits=limits
+        moved(start, -FAR - limits.pivot), points - limits.pivot, Kernel.TUKEY, SIGMA, bounds=limits.bounds
     )
 
     def biweight(z: Array) -> Array:
@@ -197,7 +197,7 @@ def test_random_constraints_have_one_optimum_wherever_the_steps_start(kind: str)
         guesses = np.array([moved(truth, by).row() for by in rng.normal(0.0, 0.03, (3, 3))])
         starts = limits.guesses(guesses, cloud, truth.gradient(cloud), rng)[:3]
         ends = [
-            refine(BUILD[kind].from_row(row), cloud - limits.pivot, limits=limits)
+            refine(BUILD[kind].from_row(row), cloud - limits.pivot, bounds=limits.bounds)
             for row in starts  # type: ignore[attr-defined]
         ]
         assert all(end.converged for end in ends)

@@ -17,6 +17,7 @@ from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.search.anneal import anneal
 from primfit.fitting.search.kind import Fit, fit_kind
 from primfit.fitting.solver.refine import refine, stepped
+from primfit.fitting.trial.trial import Trial
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 
 examples = pytest.mark.parametrize("primitive", EXAMPLES.values(), ids=EXAMPLES.keys())
@@ -163,7 +164,7 @@ def test_least_squares_ends_the_robust_fit_where_the_noise_is_normal() -> None:
     rng = np.random.default_rng(0)
 
     def costs(cloud: Cloud) -> tuple[float, float]:
-        fit = fit_kind("sphere", cloud, "least_squares", rng)
+        fit = fit_kind(Trial("sphere", cloud), "least_squares", rng)
         assert isinstance(fit, Fit)
         each = (fit.primitive, fit.robust)
         return tuple(float(np.sum(p.signed_distance(cloud.points) ** 2)) for p in each)  # type: ignore[return-value]
@@ -192,9 +193,9 @@ def test_annealing_locks_on_a_quarter_of_exact_points() -> None:
     cylinder = EXAMPLES["cylinder"]
     points = sample(cylinder, 500)
     points[:375] += np.random.default_rng(3).uniform(-0.15, 0.15, (375, 3))
-    center = points.mean(axis=0)
-    start = refine(stepped(cylinder.transformed(np.eye(3), -center, 1.0), np.full(5, 0.05)), points - center)
-    found = anneal("cylinder", start.primitive.row(), points - center, 1e-13)
+    cloud = Cloud.prepare(points, None, np.random.default_rng(0))
+    start = refine(stepped(cloud.frame.bring(cylinder), np.full(5, 0.05)), cloud.working)
+    found = anneal(Trial("cylinder", cloud), start.primitive.row(), cloud.working)
     assert found.exact_share == pytest.approx(0.25, abs=0.01)
 
 
@@ -203,7 +204,7 @@ def test_each_kind_is_fitted_to_its_own_exact_cloud(primitive: Primitive) -> Non
     rng = np.random.default_rng(0)
     points = sample(primitive, 700)
     cloud = Cloud.prepare(points, None, rng)
-    found = fit_kind(primitive.kind, cloud, "robust", rng)
+    found = fit_kind(Trial(primitive.kind, cloud), "robust", rng)
     assert isinstance(found, Fit)
     assert np.abs(cloud.frame.restore(found.primitive).signed_distance(points)).max() < 1e-13
 
@@ -214,7 +215,7 @@ def test_noise_costs_no_more_than_least_squares_on_the_truth(primitive: Primitiv
     rng = np.random.default_rng(0)
     points = noisy(primitive, 800, 0.01)
     cloud = Cloud.prepare(points, None, rng)
-    fit = fit_kind(primitive.kind, cloud, "least_squares", rng)
+    fit = fit_kind(Trial(primitive.kind, cloud), "least_squares", rng)
     assert isinstance(fit, Fit)
     cost_robust, cost_plain = (
         np.sum(each.signed_distance(cloud.points) ** 2) for each in (fit.robust, fit.primitive)
@@ -228,7 +229,7 @@ def test_a_third_of_gross_outliers_moves_a_cylinder_little() -> None:
     points = noisy(cylinder, 900, 0.005)
     points[:300] = rng.uniform(points.min(axis=0) - 1.0, points.max(axis=0) + 1.0, (300, 3))
     cloud = Cloud.prepare(points, None, rng)
-    found = fit_kind("cylinder", cloud, "robust", rng)
+    found = fit_kind(Trial("cylinder", cloud), "robust", rng)
     assert isinstance(found, Fit) and isinstance(found.primitive, Cylinder)
     restored = cloud.frame.restore(found.primitive)
     assert restored.radius == pytest.approx(0.8, abs=0.005)

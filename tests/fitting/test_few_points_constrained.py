@@ -13,7 +13,7 @@ from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.request.constraints import Constraints
 from primfit.fitting.solver.refine import refine, stepped
-from primfit.fitting.trial.limits import Limits, dof_within
+from primfit.fitting.trial.limits import Limits
 from tests.fitting.clouds import EXAMPLES, Array, noisy, sample
 from tests.fitting.test_constraints import CASES, IDS
 
@@ -94,13 +94,18 @@ def test_few_points_have_the_cheapest_minimum(kind: str, parts: dict[str, Any], 
     constraints = {name: make(getattr(truth, name)) for name, make in parts.items()}
     limits = Limits.of(Constraints.of(constraints), kind, Frame(np.zeros(3), 1.0))
     assert limits is not None
-    points = noisy(truth, int(rng.integers(max(dof_within(kind, limits), 3) + 1, 31)), 0.02, 100 + seed)
+    points = noisy(
+        truth,
+        int(rng.integers(max(PRIMITIVES[kind].dof - np.count_nonzero(limits.frozen), 3) + 1, 31)),
+        0.02,
+        100 + seed,
+    )
     found = fit(points, (kind,), constraints, "least_squares").primitive
     assert found is not None
     steps = rng.normal(size=(30, truth.dof)) * np.linspace(0.0, 1.0, 30)[:, None]
     starts = (limits.impose(stepped(truth, step).row(), points - limits.pivot) for step in steps)
     ends = [
-        refine(PRIMITIVES[kind].from_row(row), points - limits.pivot, limits=limits)
+        refine(PRIMITIVES[kind].from_row(row), points - limits.pivot, bounds=limits.bounds)
         for row in starts
         if np.isfinite(row).all()
     ]

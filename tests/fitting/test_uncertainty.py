@@ -13,7 +13,7 @@ from primfit.benchmark.coverage import waves
 from primfit.fitting.cloud.patches import patches_of
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.noise.kernels import Kernel
-from primfit.fitting.primitives import derivative, names_of, values_of
+from primfit.fitting.primitives import names_of, values_of
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.recognize import recognize
@@ -52,7 +52,7 @@ def arc(degrees: float, n: int, sigma: float, seed: int) -> Array:
 def test_derivatives_of_the_numbers_are_their_differences(kind: str) -> None:
     center, step = np.array([0.3, -0.2, 0.1]), 1e-6
     surface = EXAMPLES[kind].canonical(np.zeros(3))
-    found = derivative(surface, center)
+    found = surface.derivative(center)
     for i, unit in enumerate(step * np.eye(surface.dof)):
         ends = [values_of(stepped(surface, sign * unit).canonical(center)) for sign in (1.0, -1.0)]
         np.testing.assert_allclose(found[:, i], (ends[0] - ends[1]) / (2.0 * step), atol=1e-8)
