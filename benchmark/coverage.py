@@ -20,6 +20,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.extents import extents_of
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import DIRECTIONS, is_length, names_of, values_of
@@ -29,7 +30,6 @@ from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.solver.refine import linearize
-from primfit.fitting.uncertainty.arcs import arcs_of
 from primfit.fitting.uncertainty.intervals import spread
 from primfit.fitting.uncertainty.values import Uncertainty
 from primfit.fitting.uncertainty.warnings import HALF_TURN, SHORT_ARC, WEAK_AXIS, WEAK_SIZE
@@ -306,7 +306,8 @@ def deserved(drawn: Scene, bound: Array) -> dict[str, bool | None]:
     """Which warnings a cloud deserves, from its true surface and noise; None near the limit."""
     truth, n, dof = drawn.truth, len(drawn.points), drawn.truth.dof
     names, values = names_of(truth.kind), values_of(truth)
-    arcs = arcs_of(truth, feet(truth, drawn.points)).values()
+    extents = extents_of(truth, drawn.points, 0.0)
+    arcs = [] if extents is None else extents.arcs.values()
     least = min(arcs, default=np.inf)
     sided = [arc for arc in arcs if arc >= SHORT_ARC]
     few = drawn.law == "few"

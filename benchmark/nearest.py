@@ -19,6 +19,6 @@ def off_every_kind(points: Array) -> float:
     """
     cloud = Cloud.prepare(points[:: -(-len(points) // ENOUGH)], None, np.random.default_rng(0))
     fits = [fit_kind(Trial(kind, cloud), "least_squares", np.random.default_rng(0)) for kind in KINDS]
-    found = [fit.primitive for fit in fits if isinstance(fit, Fit)]
+    found = [fit.finished.primitive for fit in fits if isinstance(fit, Fit)]
     squares = [np.mean(primitive.signed_distance(cloud.working) ** 2) for primitive in found]
     return cloud.frame.scale * float(np.sqrt(min(squares)))

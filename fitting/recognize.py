@@ -140,12 +140,14 @@ def _attempt(trial: Trial, config: Config, probabilities: Mapping[str, float] | 
     if isinstance(fit, FailedFit):
         return Failed(Attempt(kind, probability, "failed", fit.reason, None, None, None))
     evidence = Evidence.weigh(fit.robust, trial)
-    error = summarize(fit.primitive, evidence)
+    error = summarize(fit.finished.primitive, evidence)
     question = Question(
         config.max_error, _tolerance(config, cloud), len(config.kinds) == 1, config.criterion in COUNTING_ALL
     )
     found = claim(evidence, probability, error.relative_mean, question)
-    answered = config.constraints.written_into(cloud.frame.restore(fit.primitive.canonical(np.zeros(3))))
+    answered = config.constraints.written_into(
+        cloud.frame.restore(fit.finished.primitive.canonical(np.zeros(3)))
+    )
     attempt = Attempt(
         kind=kind,
         probability=probability,
@@ -155,4 +157,4 @@ def _attempt(trial: Trial, config: Config, probabilities: Mapping[str, float] | 
         error=error,
         noise=summarize_noise(evidence),
     )
-    return Fitted(attempt, found, fit.primitive, answered, error)
+    return Fitted(attempt, found, fit.finished, answered, error)

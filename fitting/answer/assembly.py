@@ -9,6 +9,7 @@ from ..extents import extents_of
 from ..extents.values import Extents
 from ..primitives.primitive import Primitive
 from ..request.config import Config
+from ..search.finished import Finished
 from ..uncertainty.appraise import uncertainty_of
 from ..uncertainty.values import Uncertainty
 from ..verdict.judge import Claim, Decision
@@ -34,14 +35,14 @@ class Fitted:
     Attributes
     ----------
     claim : its claim on the cloud, by its robust fit
-    primitive : as the criterion has it, in the frame of the cloud
-    answered : the same in input units, fixed values as they were given
+    finished : where the criterion ended, in the frame of the cloud
+    answered : the primitive of that in input units, fixed values as they were given
     error : the distances of the points from it
     """
 
     attempt: Attempt
     claim: Claim
-    primitive: Primitive
+    finished: Finished
     answered: Primitive
     error: ErrorSummary
 
@@ -69,20 +70,20 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
     told = [_told(tried, decision) for tried in tries]
     fitted = {each.claim.kind: each for each in told if isinstance(each, Fitted)}
     best = fitted[decision.best.kind]
-    evidence = best.claim.evidence
+    evidence, extents = best.claim.evidence, _extents(best)
     cloud = evidence.cloud
     return Recognition(
         status=decision.status,
         primitive=best.answered,
-        alternatives=tuple(_alternative(fitted[rival.kind], config) for rival in decision.rivals),
+        alternatives=tuple(_alternative(fitted[rival.kind]) for rival in decision.rivals),
         error=best.error,
         noise=best.attempt.noise,
         attempts=tuple(tried.attempt for tried in told),
         message=_message(decision),
         n_points=len(cloud.points),
         active_constraints=config.constraints.effects(best.answered),
-        extents=_extents(best),
-        uncertainty=None if decision.status == "no_fit" else _uncertainty(best, config),
+        extents=extents,
+        uncertainty=None if decision.status == "no_fit" else _uncertainty(best, extents),
         inliers=Inliers(cloud.frame.restore(evidence.primitive), cloud.frame.scale * evidence.reach),
     )
 
@@ -123,18 +124,15 @@ def _lost(best: Claim, evidence: float | None, reason: str) -> str:
     return f"{reason}; a {best.kind} is likelier (log odds {-evidence:.1f})"
 
 
-def _alternative(fitted: Fitted, config: Config) -> Alternative:
+def _alternative(fitted: Fitted) -> Alternative:
+    extents = _extents(fitted)
     return Alternative(
-        fitted.answered,
-        fitted.error,
-        _extents(fitted),
-        _uncertainty(fitted, config),
-        fitted.attempt.evidence,
+        fitted.answered, fitted.error, extents, _uncertainty(fitted, extents), fitted.attempt.evidence
     )
 
 
-def _uncertainty(fitted: Fitted, config: Config) -> Uncertainty | None:
-    return uncertainty_of(fitted.primitive, fitted.answered, fitted.claim.evidence, config.criterion)
+def _uncertainty(fitted: Fitted, extents: Extents | None) -> Uncertainty | None:
+    return uncertainty_of(fitted.finished, fitted.answered, fitted.claim.evidence, extents)
 
 
 def _extents(fitted: Fitted) -> Extents | None:

@@ -83,7 +83,8 @@ def form_of(primitive: Primitive, points: Array) -> Form:
         failed = FailedFit(f"{len(cloud.working)} points do not determine a {primitive.kind}")
         return Form(name, len(points), failed, failed)
     start = cloud.frame.bring(primitive)
-    least_squares = cheapest_minimum(start, NO_ROWS, Trial(start.kind, cloud))
+    end = cheapest_minimum(start, NO_ROWS, Trial(start.kind, cloud))
+    least_squares = end if isinstance(end, FailedFit) else end.primitive
     best = start if isinstance(least_squares, FailedFit) else least_squares
     zone = _minimum_zone(_centred(best, cloud), cloud)
     references = (_reference(found, start, cloud) for found in (least_squares, zone))

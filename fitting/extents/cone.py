@@ -1,5 +1,6 @@
 """The part of a cone that holds points: between two heights from the apex and two angles."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
@@ -72,6 +73,10 @@ class ConeExtents(Extents):
             span=span,
             full_turn=full,
         )
+
+    @property
+    def arcs(self) -> dict[str, float]:
+        return {"about the axis": math.degrees(self.span)}
 
     @staticmethod
     def words(of: Mapping[str, Any]) -> list[str]:

@@ -108,6 +108,10 @@ class SphereExtents(Extents):
             start_rim_radius=radius * float(np.sin(start)),
         )
 
+    @property
+    def arcs(self) -> dict[str, float]:
+        return {"cap": 2.0 * math.degrees(self.half_angle)}
+
     @staticmethod
     def words(of: Mapping[str, Any]) -> list[str]:
         if of["full_sphere"]:

@@ -1,5 +1,6 @@
 """The part of a torus that holds points: an arc around the axis and an arc around the tube."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
@@ -69,6 +70,10 @@ class TorusExtents(Extents):
             tube_span=tube_span,
             tube_full_turn=tube_full,
         )
+
+    @property
+    def arcs(self) -> dict[str, float]:
+        return {"about the axis": math.degrees(self.span), "around the tube": math.degrees(self.tube_span)}
 
     @staticmethod
     def words(of: Mapping[str, Any]) -> list[str]:

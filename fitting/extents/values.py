@@ -61,6 +61,11 @@ class Extents:
         units = {name: hint.__metadata__[0] for name, hint in hints.items() if hasattr(hint, "__metadata__")}
         return replace(self, **{name: to(getattr(self, name), frame) for name, to in units.items()})
 
+    @property
+    def arcs(self) -> dict[str, float]:
+        """Degrees that the points cover of a curved surface, by how they are counted."""
+        return {}
+
     @staticmethod
     def words(of: Mapping[str, Any]) -> list[str]:
         """Plain values, as `values` gives them, in some lines of text."""

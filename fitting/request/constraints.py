@@ -23,8 +23,8 @@ P = TypeVar("P", bound=Primitive)
 SMALLEST_ANGLE, LARGEST_ANGLE = 1e-9, math.pi / 2 - 1e-9
 """Limits [rad] of a half-angle that is fixed: at 0 the apex is lost, at pi/2 the nappe."""
 
-TOUCHES = 1e-12
-"""A parameter this close to its bound, relatively to the bound, is at it."""
+TOUCHES = 1e-9
+"""A number this close to its bound, relatively, is at it; so is an axis this close [rad] to its limit."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """What the parameters minimise: one finisher a criterion, from where the search ended."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -14,6 +15,7 @@ from ..solver.newton import newton
 from ..solver.refine import Refined, refine
 from ..trial.trial import Trial
 from ..zones.extreme import maximum_inscribed, minimum_circumscribed, minimum_zone
+from .finished import Finished
 
 COMPARED_POINTS = 160
 """Points that least squares from all starts is compared on."""
@@ -40,23 +42,23 @@ AT_REST = 1e-9
 FEW_POINTS = 60
 """So few points leave several minima of extreme distances: more starts are tried."""
 
-Finisher = Callable[[Primitive, Array, Trial], Primitive | FailedFit]
-"""From the robust fit and the rows (K, 9) of all starts of a trial to the criterion's primitive.
+Finisher = Callable[[Finished, Array, Trial], Finished | FailedFit]
+"""From the robust fit and the rows (K, 9) of all starts of a trial to where the criterion ends.
 
 Weights and limits are those of the refinement; the metrology criteria have neither."""
 
 
-def robust(fitted: Primitive, starts: Array, trial: Trial) -> Primitive:
+def robust(fitted: Finished, starts: Array, trial: Trial) -> Finished:
     """The robust fit as it is."""
     return fitted
 
 
-def least_squares(fitted: Primitive, starts: Array, trial: Trial) -> Primitive | FailedFit:
+def least_squares(fitted: Finished, starts: Array, trial: Trial) -> Finished | FailedFit:
     """Least squares over all points, which the robust fit to few points is already."""
-    return fitted if trial.is_small else cheapest_minimum(fitted, starts, trial)
+    return fitted if trial.is_small else cheapest_minimum(fitted.primitive, starts, trial)
 
 
-def cheapest_minimum(fitted: Primitive, starts: Array, trial: Trial) -> Primitive | FailedFit:
+def cheapest_minimum(fitted: Primitive, starts: Array, trial: Trial) -> Finished | FailedFit:
     """The cheapest of the minima of least squares that a fit and the starts lead to.
 
     A failure where none is reached.
@@ -76,13 +78,15 @@ def cheapest_minimum(fitted: Primitive, starts: Array, trial: Trial) -> Primitiv
     if not at_rest:
         return FailedFit(f"least squares on a {fitted.kind} did not come to rest in {steps} steps")
     best = min(at_rest, key=lambda each: each.cost).primitive
-    return _last_digits(best, trial, Kernel.LEAST_SQUARES, 1.0)
+    return _last_digits(best, trial, Kernel.LEAST_SQUARES)
 
 
-def _last_digits(primitive: Primitive, trial: Trial, kernel: Kernel, scale: float) -> Primitive:
+def _last_digits(primitive: Primitive, trial: Trial, kernel: Kernel, scale: float = 1.0) -> Finished:
     """Newton's method where all points and parameters are free."""
     free = trial.limits is None and trial.cloud.factors is None
-    return newton(primitive, trial.cloud.points, kernel, scale) if free else primitive
+    if free:
+        primitive = newton(primitive, trial.cloud.points, kernel, scale)
+    return Finished(primitive, kernel, scale)
 
 
 def _turned_starts(trial: Trial) -> list[Primitive]:
@@ -118,17 +122,17 @@ def _different(ends: list[Refined], points: Array) -> list[Primitive]:
     return kept
 
 
-def huber(fitted: Primitive, starts: Array, trial: Trial) -> Primitive | FailedFit:
+def huber(fitted: Finished, starts: Array, trial: Trial) -> Finished | FailedFit:
     """Huber's M-estimate: outliers pull with the force of `HUBER_95` scales."""
     return _m_estimate(fitted, trial, Kernel.HUBER, HUBER_95)
 
 
-def tukey(fitted: Primitive, starts: Array, trial: Trial) -> Primitive | FailedFit:
+def tukey(fitted: Finished, starts: Array, trial: Trial) -> Finished | FailedFit:
     """Tukey's M-estimate: points beyond `TUKEY_95` scales do not count."""
     return _m_estimate(fitted, trial, Kernel.TUKEY, TUKEY_95 / CUTOFF)
 
 
-def _m_estimate(fitted: Primitive, trial: Trial, kernel: Kernel, width: float) -> Primitive | FailedFit:
+def _m_estimate(fitted: Finished, trial: Trial, kernel: Kernel, width: float) -> Finished | FailedFit:
     """Scale and surface in turn until both rest; least squares where points are too few to reject any.
 
     The scale is the normalised median absolute distance, 1.4826 median |d|, at least the tolerance.
@@ -137,21 +141,25 @@ def _m_estimate(fitted: Primitive, trial: Trial, kernel: Kernel, width: float) -
     """
     if trial.is_small:
         return fitted
-    cloud = trial.cloud
-    primitive, scale, factors = fitted, np.inf, cloud.factors
+    cloud, primitive, scale = trial.cloud, fitted.primitive, np.inf
     for _ in range(MOST_ROUNDS):
-        distance = np.abs(primitive.signed_distance(cloud.points))
-        before, scale = scale, 1.4826 * float(np.median(distance if factors is None else factors * distance))
-        scale = max(scale, cloud.tolerance)
+        before, scale = scale, _median_scale(primitive, cloud)
         if abs(scale - before) <= AT_REST * scale:
-            return _last_digits(primitive, trial, kernel, width * scale)
+            end = _last_digits(primitive, trial, kernel, width * scale)
+            return replace(end, scale=width * _median_scale(end.primitive, cloud))
         primitive = refine(
-            primitive, cloud.points, kernel, width * scale, factors=factors, bounds=trial.bounds
+            primitive, cloud.points, kernel, width * scale, factors=cloud.factors, bounds=trial.bounds
         ).primitive
     return FailedFit(
-        f"scale and surface of the {kernel.name.lower()} estimate of a {fitted.kind} "
+        f"scale and surface of the {kernel.name.lower()} estimate of a {trial.kind} "
         f"did not come to rest in {MOST_ROUNDS} rounds"
     )
+
+
+def _median_scale(primitive: Primitive, cloud: Cloud) -> float:
+    distance = np.abs(primitive.signed_distance(cloud.points))
+    median = np.median(distance if cloud.factors is None else cloud.factors * distance)
+    return max(1.4826 * float(median), cloud.tolerance)
 
 
 def _started_at_least_squares(
@@ -159,16 +167,18 @@ def _started_at_least_squares(
 ) -> Finisher:
     """A minimum of `size` from the least squares surface; of few points also from its other minima."""
 
-    def finish(fitted: Primitive, starts: Array, trial: Trial) -> Primitive | FailedFit:
+    def finish(fitted: Finished, starts: Array, trial: Trial) -> Finished | FailedFit:
         cloud, start = trial.cloud, least_squares(fitted, starts, trial)
-        first = extreme(fitted if isinstance(start, FailedFit) else start, cloud)
-        if len(cloud.points) > FEW_POINTS:
-            return first
-        surfaces = [trial.primitive.from_row(row) for row in starts]
-        others = _different([refine(surface, cloud.points) for surface in surfaces], cloud.points)
-        ends = [first, *(extreme(other, cloud) for other in others)]
+        best = fitted if isinstance(start, FailedFit) else start
+        ends = [extreme(best.primitive, cloud)]
+        if len(cloud.points) <= FEW_POINTS:
+            surfaces = [trial.primitive.from_row(row) for row in starts]
+            others = _different([refine(surface, cloud.points) for surface in surfaces], cloud.points)
+            ends += [extreme(other, cloud) for other in others]
         found = [end for end in ends if not isinstance(end, FailedFit)]
-        return min(found, key=lambda end: size(end, cloud)) if found else first
+        if not found:
+            return ends[0]  # type: ignore[return-value]
+        return Finished(min(found, key=lambda end: size(end, cloud)), None)
 
     return finish
 

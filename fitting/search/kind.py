@@ -15,6 +15,7 @@ from ..trial.limits import moved
 from ..trial.trial import Trial
 from .anneal import Annealed, search
 from .criteria import FINISHERS, cheapest_minimum
+from .finished import Finished
 from .polish import polish
 from .starts import ranked_starts
 from .view import View
@@ -28,9 +29,9 @@ LEAST_TURN = 1e-3
 
 @dataclass(frozen=True)
 class Fit:
-    """A primitive as the criterion has it, and the robust fit of its kind, which is what is judged."""
+    """Where the criterion ends, and the robust fit of the kind, which is what is judged."""
 
-    primitive: Primitive
+    finished: Finished
     robust: Primitive
 
 
@@ -60,7 +61,7 @@ def fit_kind(
         return in_one_plane if bends else found
     if bends and _turn(found.robust, cloud.working - limits.pivot) < LEAST_TURN:
         return in_one_plane
-    return Fit(moved(found.primitive, limits.pivot), moved(found.robust, limits.pivot))
+    return Fit(found.finished.moved(limits.pivot), moved(found.robust, limits.pivot))
 
 
 def _unlimited(trial: Trial, rng: np.random.Generator, extra: Sequence[Array]) -> list[Array]:
@@ -84,11 +85,11 @@ def _fit(trial: Trial, criterion: str, rng: np.random.Generator, extra: Sequence
     robust = _fit_robustly(starts, view, rng)
     if isinstance(robust, FailedFit):
         return robust
-    primitive = FINISHERS[criterion](robust, starts, trial)
-    return primitive if isinstance(primitive, FailedFit) else Fit(primitive, robust)
+    finished = FINISHERS[criterion](robust, starts, trial)
+    return finished if isinstance(finished, FailedFit) else Fit(finished, robust.primitive)
 
 
-def _fit_robustly(starts: Array, view: View, rng: np.random.Generator) -> Primitive | FailedFit:
+def _fit_robustly(starts: Array, view: View, rng: np.random.Generator) -> Finished | FailedFit:
     """The best of what the starts are annealed to, polished; in a small cloud plain least squares."""
     trial = view.trial
     if trial.is_small:

@@ -10,6 +10,7 @@ from ..primitives.primitive import Primitive
 from ..solver.refine import STEPS, refine
 from ..trial.trial import Trial
 from .anneal import SLOW_SHRINK, anneal
+from .finished import Finished
 from .rest import at_rest
 
 MOST_ROUNDS = 100
@@ -28,7 +29,7 @@ NEARLY = 0.03
 fail, the next one that changes it by less than this share of that."""
 
 
-def polish(primitive: Primitive, trial: Trial) -> Primitive:
+def polish(primitive: Primitive, trial: Trial) -> Finished:
     """Least squares on the exact points where there are any, else under a wide biweight on all points.
 
     A small exact subset is found only from the biweight's optimum, and on all working points.
@@ -37,13 +38,13 @@ def polish(primitive: Primitive, trial: Trial) -> Primitive:
     if exact:
         return exact
     noisy = _polish_noisy(primitive, trial)
-    if not is_peaked(noisy.signed_distance(trial.cloud.working), trial.dof):
+    if not is_peaked(noisy.primitive.signed_distance(trial.cloud.working), trial.dof):
         return noisy
-    end = anneal(trial, noisy.row(), trial.cloud.working, SLOW_SHRINK)
+    end = anneal(trial, noisy.primitive.row(), trial.cloud.working, SLOW_SHRINK)
     return _polish_exact(end.primitive, trial) or noisy
 
 
-def _polish_exact(primitive: Primitive, trial: Trial) -> Primitive | None:
+def _polish_exact(primitive: Primitive, trial: Trial) -> Finished | None:
     """Least squares on the exact points, until they are the same ones before and after."""
     before, cloud = None, trial.cloud
     for _ in range(MOST_ROUNDS):
@@ -55,10 +56,10 @@ def _polish_exact(primitive: Primitive, trial: Trial) -> Primitive | None:
         factors = None if cloud.working_factors is None else cloud.working_factors[exact]
         primitive = refine(primitive, cloud.working[exact], factors=factors, bounds=trial.bounds).primitive
         before = exact
-    return primitive
+    return Finished(primitive, Kernel.LEAST_SQUARES, exact=True)
 
 
-def _polish_noisy(primitive: Primitive, trial: Trial) -> Primitive:
+def _polish_noisy(primitive: Primitive, trial: Trial) -> Finished:
     """A biweight at the scale of the noise: on the working points until both agree, then on all points.
 
     Where the noise is normal, and nothing is to be rejected, least squares in the end.
@@ -69,11 +70,11 @@ def _polish_noisy(primitive: Primitive, trial: Trial) -> Primitive:
     residual = primitive.signed_distance(cloud.working)
     normal = is_normal(residual if factors is None else factors * residual, CUTOFF * scale)
     many = len(cloud.points) > WORKING_POINTS
+    kernel = Kernel.LEAST_SQUARES if normal else Kernel.TUKEY
     if normal or many:
-        kernel = Kernel.LEAST_SQUARES if normal else Kernel.TUKEY
         points, factors = (cloud.points, cloud.factors) if many else (cloud.working, factors)
         primitive = refine(primitive, points, kernel, scale, factors=factors, bounds=trial.bounds).primitive
-    return primitive
+    return Finished(primitive, kernel, scale)
 
 
 def _with_its_scale(primitive: Primitive, trial: Trial) -> tuple[Primitive, float]:

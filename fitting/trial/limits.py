@@ -13,12 +13,8 @@ from ..cloud.frame import Frame
 from ..geometry.vectors import TINY, Z_AXIS, Array, basis
 from ..primitives import PRIMITIVES
 from ..primitives.primitive import Known, Primitive
-from ..request.constraints import Constraints, Direction, Range
+from ..request.constraints import TOUCHES, Constraints, Direction, Range
 from ._limits import Bounds
-
-TOUCHES = 1e-9
-TOUCHES_ANGLE = 1e-9
-"""A number this close to its bound, relatively, is at it; so is an axis this close [rad] to its limit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +91,7 @@ class Limits:
         held += [np.eye(dof)[numbers[name].component] for name in self.active(row)]
         if self.reference is not None and self.max_angle > 0.0:
             towards = np.array(basis(row[:3])) @ self.reference
-            if np.arcsin(min(float(np.linalg.norm(towards)), 1.0)) >= self.max_angle - TOUCHES_ANGLE:
+            if np.arcsin(min(float(np.linalg.norm(towards)), 1.0)) >= self.max_angle - TOUCHES:
                 held.append(np.concatenate([towards / np.linalg.norm(towards), np.zeros(dof - 2)]))
         if not held:
             return np.eye(dof)

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 
+from ..extents.values import Extents
 from ..primitives import SIZES, names_of, values_of
 from ..primitives.primitive import Primitive
-from ..request.config import EXTREME
+from ..search.finished import Finished
 from ..verdict.evidence import Evidence
-from .arcs import arcs_of
-from .covariance import Linear, StepCovariance
+from .covariance import StepCovariance
 from .intervals import Profiles, direction_of, intervals_of, position_of
 from .optimum import Optimum
 from .values import CorrelatedNoise, Interval, Spread, Uncertainty
@@ -15,22 +15,23 @@ from .warnings import Findings, warnings_of
 
 
 def uncertainty_of(
-    primitive: Primitive, answer: Primitive, evidence: Evidence, criterion: str
+    finished: Finished, answer: Primitive, evidence: Evidence, extents: Extents | None
 ) -> Uncertainty | None:
     """How well an answer is known; None under a criterion of extreme points, which has no such theory.
 
     Parameters
     ----------
-    primitive, answer : the surface in the frame of the cloud, and as answered
+    finished, answer : where the criterion ended, in the frame of the cloud, and the answered surface
     evidence : about the robust fit of the same kind
+    extents : where the surface begins and ends
     """
-    if criterion in EXTREME:
+    if finished.kernel is None:
         return None
-    optimum = Optimum.of(primitive, evidence, criterion)
+    optimum, arcs = Optimum.of(finished, evidence), {} if extents is None else extents.arcs
     linear, names = optimum.linear(), names_of(answer.kind)
     steps = optimum.covariance(linear)
     if steps is None:
-        warnings = warnings_of(_findings(optimum, linear))
+        warnings = warnings_of(_findings(optimum, arcs))
         return Uncertainty("unknown", None, names, None, {}, None, None, warnings)
     by_step, quantile = optimum.by_step(), optimum.quantile(steps)
     covariance = by_step @ steps.matrix @ by_step.T
@@ -46,7 +47,7 @@ def uncertainty_of(
         intervals=intervals,
         direction=direction,
         position=position_of(answer, names, covariance, quantile),
-        warnings=warnings_of(_findings(optimum, linear, answer, intervals, direction, correlation)),
+        warnings=warnings_of(_findings(optimum, arcs, answer, intervals, direction, correlation)),
     )
 
 
@@ -59,7 +60,7 @@ def _correlation(steps: StepCovariance, scale: float) -> CorrelatedNoise | None:
 
 def _findings(
     optimum: Optimum,
-    linear: Linear,
+    arcs: Mapping[str, float],
     answer: Primitive | None = None,
     intervals: Mapping[str, Interval] | None = None,
     direction: Spread | None = None,
@@ -71,7 +72,7 @@ def _findings(
         dof=optimum.dof,
         determined=answer is not None,
         few=optimum.trial.is_small,
-        arcs=arcs_of(optimum.primitive, linear.feet.compress(optimum.inlier, axis=0)),
+        arcs=arcs,
         sizes={
             name: (float(getattr(answer, name)), (interval.low, interval.high))
             for name, interval in (intervals or {}).items()

@@ -8,11 +8,11 @@ from scipy.special import ndtri, stdtrit
 
 from ..cloud.cloud import WORKING_POINTS, Cloud
 from ..geometry.vectors import Array
-from ..noise.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
+from ..noise.kernels import Kernel
 from ..noise.rounding import ROUNDING_NOISE
-from ..noise.scale import core_scale, is_normal
 from ..primitives import is_length, names_of, values_of
 from ..primitives.primitive import Primitive
+from ..search.finished import Finished
 from ..solver.refine import linearize
 from ..trial.limits import Limits, moved
 from ..trial.trial import Trial
@@ -50,25 +50,24 @@ class Optimum:
     full: Linear
 
     @classmethod
-    def of(cls, primitive: Primitive, evidence: Evidence, criterion: str) -> Self:
-        """From the surface (in the frame of the cloud) and the evidence about the robust fit of its kind."""
+    def of(cls, finished: Finished, evidence: Evidence) -> Self:
+        """From where a criterion ended (in the frame of the cloud), and the evidence about the robust fit."""
+        assert finished.kernel is not None
         trial, cloud, limits = evidence.trial, evidence.cloud, evidence.trial.limits
-        primitive, points = primitive.canonical(np.zeros(3)), cloud.working
+        primitive, points = finished.primitive.canonical(np.zeros(3)), cloud.working
         if limits is not None:
             primitive, points = moved(primitive, -limits.pivot), points - limits.pivot
-        exact = bool(evidence.exact.all() or (criterion == "robust" and evidence.exact.any()))
+        exact = bool(evidence.exact.all() or (finished.exact and evidence.exact.any()))
+        kernel, scale = finished.kernel, finished.scale
         factors, inlier = cloud.working_factors, evidence.inlier
         if exact:
+            kernel, scale = Kernel.LEAST_SQUARES, 1.0
             factors = None if factors is None else factors[evidence.exact]
             points, inlier = points[evidence.exact], inlier[evidence.exact]
-        distance, jacobian = linearize(primitive, points)
-        kernel, scale = Kernel.LEAST_SQUARES, 1.0
-        if not exact and not trial.is_small:
-            kernel, scale = _kernel(criterion, distance if factors is None else factors * distance, cloud)
         cost = Cost(points, kernel, scale, factors, limits)
         n = len(cloud.points)
         copies = n / len(cloud.working) if n > WORKING_POINTS and not exact else 1.0
-        linear = Linear.of(primitive, cost, distance, jacobian, copies)
+        linear = Linear.of(primitive, cost, *linearize(primitive, points), copies)
         agreement = None if exact else _agreement(evidence)
         return cls(primitive, trial, cost, inlier, exact, agreement, linear)
 
@@ -143,17 +142,3 @@ def _agreement(evidence: Evidence) -> Agreement | None:
     cloud, left = evidence.cloud, evidence.distance[evidence.inlier]
     variance = float(left @ left) / max(len(left) - evidence.free, 1)
     return Agreement.of(evidence.explained, cloud.patch, evidence.inlier, cloud.extent, variance)
-
-
-def _kernel(criterion: str, residual: Array, cloud: Cloud) -> tuple[Kernel, float]:
-    """The kernel and scale of a criterion at the end; see `fitting.search`."""
-    absolute = np.abs(residual)
-    if criterion == "robust":
-        scale = max(core_scale(absolute), cloud.tolerance)
-        return (Kernel.LEAST_SQUARES if is_normal(residual, CUTOFF * scale) else Kernel.TUKEY), scale
-    scale = max(1.4826 * float(np.median(absolute)), cloud.tolerance)
-    if criterion == "huber":
-        return Kernel.HUBER, HUBER_95 * scale
-    if criterion == "tukey":
-        return Kernel.TUKEY, TUKEY_95 / CUTOFF * scale
-    return Kernel.LEAST_SQUARES, 1.0

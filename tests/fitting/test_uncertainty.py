@@ -21,7 +21,6 @@ from primfit.fitting.request.config import Config
 from primfit.fitting.request.constraints import Constraints
 from primfit.fitting.solver.refine import stepped
 from primfit.fitting.uncertainty.agreement import Agreement
-from primfit.fitting.uncertainty.arcs import arcs_of, covered
 from primfit.fitting.uncertainty.covariance import Linear
 from primfit.fitting.uncertainty.intervals import spread
 from primfit.fitting.uncertainty.values import Uncertainty
@@ -322,8 +321,14 @@ def test_nothing_is_claimed_where_nothing_fits_or_no_theory_holds() -> None:
     assert recognize(noisy(EXAMPLES["sphere"], 100, 0.01), extreme).uncertainty is None
 
 
-def test_arcs_are_those_of_the_points() -> None:
-    assert covered(np.linspace(3.0, 3.5, 1000)) == pytest.approx(np.degrees(0.5), rel=0.02)
-    cap = sample(EXAMPLES["sphere"], 10)[:1]
-    assert arcs_of(EXAMPLES["sphere"], cap)["cap"] == pytest.approx(0.0, abs=1e-5)
-    assert arcs_of(EXAMPLES["plane"], cap) == {}
+def test_arcs_are_those_of_the_extents() -> None:
+    """As many degrees as the points were drawn over; strays do not make an arc whole."""
+    rng = np.random.default_rng(3)
+    cylinder = EXAMPLES["cylinder"]
+    azimuth = np.append(rng.uniform(0.0, np.radians(100.0), 2000), np.radians([200.0, 201.0]))
+    points = cylinder.surface(azimuth, rng.uniform(-1.0, 1.0, 2002))
+    found = recognize(points + 1e-3 * rng.normal(size=points.shape))
+    assert found.extents is not None and found.uncertainty is not None
+    assert found.extents.arcs["about the axis"] == pytest.approx(100.0, abs=1.0)
+    (warning,) = (each for each in found.uncertainty.warnings if each.code == "one_sided")
+    assert "an arc of 100 degrees about the axis" in warning.message
