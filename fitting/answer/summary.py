@@ -6,6 +6,7 @@ from typing import Any
 
 from ..extents import EXTENTS
 from ..plain import worded
+from ..primitives import DIRECTIONS
 
 Row = tuple[str, str]
 """A label, empty where it is that of the row before, and what stands beside it."""
@@ -64,26 +65,31 @@ def _parameters(primitive: Mapping[str, Any], label: str, known: Mapping[str, An
     """The kind and a row for each parameter, with its 95 % interval; for coordinates that is the next row."""
     intervals = {} if known is None else known["intervals"]
     yield label, primitive["kind"] + (", with 95 % intervals" if intervals else "")
+    direction = None if known is None else known["direction"]
     for name, value in primitive.items():
-        if name == "kind":
-            continue
-        if not isinstance(value, list):
+        if isinstance(value, list):
+            yield from _vector(name, value, intervals, direction)
+        elif name != "kind":
             unit = f" rad = {_plain(math.degrees(value))} degrees" if name == "half_angle" else ""
             interval = intervals.get(name)
             yield worded(name), _aligned(_known_to(value, interval)) + _within(value, interval) + unit
-            continue
-        each_interval = [intervals.get(f"{name}.{axis}") for axis in "xyz"]
-        numbers = "".join(map(_aligned, map(_known_to, value, each_interval)))
-        if known is not None and known["direction"] is not None and name in ("axis", "normal"):
-            numbers += f"  ± {math.degrees(known['direction']['radius_95']):.2g} degrees"
-        yield worded(name), numbers
-        halves = list(map(_half_width, value, each_interval))
-        if any(halves):
-            yield "", "".join(_aligned(half) for half in halves)
     if known is not None and known["position"] is not None:
         across = "axis" if "axis" in primitive else primitive["kind"]
         radius = f"± {known['position']['radius_95']:.2g}"
         yield "position", f"{_aligned(radius)}  across the {across}"
+
+
+def _vector(
+    name: str, value: list[float], intervals: Mapping[str, Any], direction: Mapping[str, Any] | None
+) -> Iterator[Row]:
+    each_interval = [intervals.get(f"{name}.{axis}") for axis in "xyz"]
+    numbers = "".join(map(_aligned, map(_known_to, value, each_interval)))
+    if direction is not None and name in DIRECTIONS:
+        numbers += f"  ± {math.degrees(direction['radius_95']):.2g} degrees"
+    yield worded(name), numbers
+    halves = list(map(_half_width, value, each_interval))
+    if any(halves):
+        yield "", "".join(_aligned(half) for half in halves)
 
 
 def _half_width(value: float, interval: Mapping[str, Any] | None) -> str:

@@ -87,22 +87,12 @@ class Cloud:
         standard_deviations: object = None,
     ) -> Self:
         """Check, normalise, sample; raises `InvalidPointCloudError` for what cannot be a cloud."""
-        checked = check_points(points)
-        if normals is not None:
-            normals = check_normals(normals, len(checked))
-        factors = factors_of(weights, standard_deviations, len(checked))
-        if factors is not None and not factors.all():
-            counted = factors > 0.0
-            checked, factors = check_points(checked[counted]), factors[counted]
-            normals = None if normals is None else normals[counted]
-        if factors is not None and np.all(factors == factors[0]):
-            factors = None
-        keys = distance_keys(checked)
-        if len(checked) <= WORKING_POINTS:
-            order = canonical_order(checked, keys)
-            checked, keys = checked[order], keys[order]
-            normals = None if normals is None else normals[order]
-            factors = None if factors is None else factors[order]
+        given = _Given.checked(points, normals, weights, standard_deviations)
+        keys = distance_keys(given.points)
+        if len(given.points) <= WORKING_POINTS:
+            order = canonical_order(given.points, keys)
+            given, keys = given.taken(order), keys[order]
+        checked, normals, factors = given.points, given.normals, given.factors
         frame = Frame.of(checked)
         normalized = frame.normalize(checked)
         rounding = rounding_of(checked)
@@ -149,6 +139,38 @@ class Cloud:
             working=self.working - origin,
             tolerance=max(self.tolerance, rounding),
         )
+
+
+@dataclass(frozen=True, eq=False)
+class _Given:
+    """What a caller gives of each point."""
+
+    points: Array
+    normals: Array | None
+    factors: Array | None
+
+    @classmethod
+    def checked(
+        cls, points: object, normals: Array | None, weights: object, standard_deviations: object
+    ) -> Self:
+        """Without points of no weight; raises `InvalidPointCloudError` for what cannot be a cloud."""
+        array = check_points(points)
+        given = cls(
+            array,
+            None if normals is None else check_normals(normals, len(array)),
+            factors_of(weights, standard_deviations, len(array)),
+        )
+        if given.factors is not None and not given.factors.all():
+            given = given.taken(given.factors > 0.0)
+            check_points(given.points)
+        if given.factors is not None and np.all(given.factors == given.factors[0]):
+            return replace(given, factors=None)
+        return given
+
+    def taken(self, rows: np.ndarray) -> Self:
+        """Of these points only."""
+        each = (self.points, self.normals, self.factors)
+        return type(self)(*(None if values is None else values[rows] for values in each))  # type: ignore[arg-type]
 
 
 def _working(points: Array, keys: np.ndarray, weighted: bool, rng: np.random.Generator) -> np.ndarray:

@@ -64,23 +64,8 @@ class Config:
         if self.kinds is None or isinstance(self.kinds, str):  # type: ignore[unreachable]
             raise InvalidOptionError(f"kinds must be a sequence of names out of {', '.join(KINDS)}", "kinds")
         object.__setattr__(self, "kinds", tuple(self.kinds))
-        if not self.kinds:
-            raise InvalidOptionError(f"kinds is empty; name at least one of {', '.join(KINDS)}", "kinds")
-        for kind in self.kinds:
-            if kind not in KINDS:
-                raise InvalidOptionError(f"kinds holds {kind!r:.40}; allowed are {', '.join(KINDS)}", "kinds")
-        if len(set(self.kinds)) < len(self.kinds):
-            raise InvalidOptionError("kinds names the same kind twice", "kinds")
-        if self.criterion not in CRITERIA:
-            raise InvalidOptionError(
-                f"criterion is {self.criterion!r:.40}; allowed are {', '.join(CRITERIA)}", "criterion"
-            )
-        if not set(self.kinds) & set(FITTING_KINDS.get(self.criterion, KINDS)):
-            raise InvalidOptionError(
-                f"criterion {self.criterion} is for {' or '.join(FITTING_KINDS[self.criterion])}; "
-                f"kinds allows only {', '.join(self.kinds)}",
-                "kinds",
-            )
+        _check_kinds(self.kinds)
+        _check_criterion(self.criterion, self.kinds)
         if self.max_error is not None and not 0.0 < number("max_error", self.max_error) <= 1.0:
             raise InvalidOptionError(
                 f"max_error is {self.max_error:g}; it is a share of the bounding-box diagonal in (0, 1]",
@@ -88,27 +73,57 @@ class Config:
             )
         if self.tolerance is not None:
             positive("tolerance", self.tolerance)
-        if not isinstance(self.seed, int | np.integer) or isinstance(self.seed, bool):
-            raise InvalidOptionError(f"seed is {self.seed!r:.40}, not a whole number", "seed")
-        if not 0 <= self.seed < 2**63:
-            raise InvalidOptionError("seed must lie between 0 and 2^63 - 1", "seed")
-        if not isinstance(self.constraints, Constraints):
-            raise InvalidOptionError(
-                f"constraints is {self.constraints!r:.40}; Constraints.of makes them from plain values",
-                "constraints",
-            )
-        self.constraints.check_kinds(self.kinds)
-        if self.constraints.given and self.criterion in EXTREME:
-            raise InvalidOptionError(takes_no(self.criterion, "constraints"), "constraints")
-        if self.initial_guess is None:
-            return
-        if type(self.initial_guess) not in PRIMITIVES.values():
-            raise InvalidOptionError(
-                f"initial_guess is {self.initial_guess!r:.40}, not a primitive", "initial_guess"
-            )
-        guess_of(parameters(self.initial_guess))
-        if self.initial_guess.kind not in self.kinds:
-            raise InvalidOptionError(
-                f"initial_guess is a {self.initial_guess.kind}; kinds allows only {', '.join(self.kinds)}",
-                "initial_guess",
-            )
+        _check_seed(self.seed)
+        _check_constraints(self.constraints, self.kinds, self.criterion)
+        if self.initial_guess is not None:
+            _check_guess(self.initial_guess, self.kinds)
+
+
+def _check_kinds(kinds: tuple[str, ...]) -> None:
+    if not kinds:
+        raise InvalidOptionError(f"kinds is empty; name at least one of {', '.join(KINDS)}", "kinds")
+    for kind in kinds:
+        if kind not in KINDS:
+            raise InvalidOptionError(f"kinds holds {kind!r:.40}; allowed are {', '.join(KINDS)}", "kinds")
+    if len(set(kinds)) < len(kinds):
+        raise InvalidOptionError("kinds names the same kind twice", "kinds")
+
+
+def _check_criterion(criterion: str, kinds: tuple[str, ...]) -> None:
+    if criterion not in CRITERIA:
+        raise InvalidOptionError(
+            f"criterion is {criterion!r:.40}; allowed are {', '.join(CRITERIA)}", "criterion"
+        )
+    if not set(kinds) & set(FITTING_KINDS.get(criterion, KINDS)):
+        raise InvalidOptionError(
+            f"criterion {criterion} is for {' or '.join(FITTING_KINDS[criterion])}; "
+            f"kinds allows only {', '.join(kinds)}",
+            "kinds",
+        )
+
+
+def _check_seed(seed: object) -> None:
+    if not isinstance(seed, int | np.integer) or isinstance(seed, bool):
+        raise InvalidOptionError(f"seed is {seed!r:.40}, not a whole number", "seed")
+    if not 0 <= seed < 2**63:
+        raise InvalidOptionError("seed must lie between 0 and 2^63 - 1", "seed")
+
+
+def _check_constraints(constraints: object, kinds: tuple[str, ...], criterion: str) -> None:
+    if not isinstance(constraints, Constraints):
+        raise InvalidOptionError(
+            f"constraints is {constraints!r:.40}; Constraints.of makes them from plain values", "constraints"
+        )
+    constraints.check_kinds(kinds)
+    if constraints.given and criterion in EXTREME:
+        raise InvalidOptionError(takes_no(criterion, "constraints"), "constraints")
+
+
+def _check_guess(guess: Primitive, kinds: tuple[str, ...]) -> None:
+    if type(guess) not in PRIMITIVES.values():
+        raise InvalidOptionError(f"initial_guess is {guess!r:.40}, not a primitive", "initial_guess")
+    guess_of(parameters(guess))
+    if guess.kind not in kinds:
+        raise InvalidOptionError(
+            f"initial_guess is a {guess.kind}; kinds allows only {', '.join(kinds)}", "initial_guess"
+        )

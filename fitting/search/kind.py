@@ -11,7 +11,7 @@ from ..names import KINDS
 from ..noise.outliers import NoiseModel
 from ..primitives.primitive import Primitive
 from ..request.config import FITTING_KINDS
-from ..trial.limits import moved
+from ..trial.limits import Limits, moved
 from ..trial.trial import Trial
 from .anneal import Annealed, search
 from .criteria import FINISHERS, cheapest_minimum
@@ -45,22 +45,29 @@ def fit_kind(
     kind, cloud, limits = trial.kind, trial.cloud, trial.limits
     if kind not in (allowed := FITTING_KINDS.get(criterion, KINDS)):
         return FailedFit(f"{criterion} is defined for a {' or a '.join(allowed)}, not for a {kind}")
-    if len(cloud.working) < trial.dof:
-        count = len(cloud.working)
+    if (count := len(cloud.working)) < trial.dof:
         return FailedFit(f"{count} distinct points do not determine a {kind}, which takes {trial.dof}")
     bends = cloud.flat and not trial.primitive.flat
     in_one_plane = FailedFit(f"the points lie in one plane and do not determine a {kind}")
     if bends and trial.dof == trial.primitive.dof:
         return in_one_plane
-    extra = [cloud.frame.bring(guess).row()] if guess is not None and guess.kind == kind else []
+    guessed = guess is not None and guess.kind == kind
+    extra = [cloud.frame.bring(guess).row()] if guessed and guess else []
     if limits is None:
         return _fit(trial, criterion, rng, extra)
-    extra += _unlimited(trial, rng, extra)
+    found = _fit_limited(trial, limits, criterion, rng, extra)
+    turned = isinstance(found, Fit) and _turn(found.robust, cloud.working) >= LEAST_TURN
+    return in_one_plane if bends and not turned else found
+
+
+def _fit_limited(
+    trial: Trial, limits: Limits, criterion: str, rng: np.random.Generator, extra: list[Array]
+) -> Fit | FailedFit:
+    """Within limits, about their pivot; the best surface without them joins the starts."""
+    extra = extra + _unlimited(trial, rng, extra)
     found = _fit(trial.about_pivot, criterion, rng, extra)
     if isinstance(found, FailedFit):
-        return in_one_plane if bends else found
-    if bends and _turn(found.robust, cloud.working - limits.pivot) < LEAST_TURN:
-        return in_one_plane
+        return found
     return Fit(found.finished.moved(limits.pivot), moved(found.robust, limits.pivot))
 
 

@@ -258,15 +258,20 @@ def decide(claims: list[Claim], tolerance: float) -> Decision:
     foreign, why = _foreign(likeliest, claims, tolerance)
     if foreign > likeliest.odds:
         return Decision("no_fit", likeliest, (), why)
-    tells = tolerance and not likeliest.evidence.on_curves
-    same = [each for each in possible if tells and _agree(each, likeliest, tolerance)]
+    same = _the_same(likeliest, possible, tolerance)
     best = min(same, key=lambda each: each.dof, default=likeliest)
-    rivals = [
-        each
-        for each in sorted(possible, key=lambda each: -each.odds)
-        if each not in (likeliest, *same) and _as_likely(each, likeliest)
-    ]
-    return Decision("ambiguous" if rivals else "fitted", best, tuple(rivals), best.words)
+    others = sorted(
+        (each for each in possible if each not in (likeliest, *same)), key=lambda each: -each.odds
+    )
+    rivals = tuple(each for each in others if _as_likely(each, likeliest))
+    return Decision("ambiguous" if rivals else "fitted", best, rivals, best.words)
+
+
+def _the_same(likeliest: Claim, possible: list[Claim], tolerance: float) -> list[Claim]:
+    """Those that agree with it within a tolerance, where the points tell surfaces apart."""
+    if not tolerance or likeliest.evidence.on_curves:
+        return []
+    return [each for each in possible if _agree(each, likeliest, tolerance)]
 
 
 def _as_likely(other: Claim, best: Claim) -> bool:

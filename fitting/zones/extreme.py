@@ -252,15 +252,7 @@ def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> End:
             break
         candidates = linear.candidates
         newton = linear.step if linear.is_vertex else _newton_step(place, linear)
-        curved = newton * min(1.0, REACH * region / max(float(np.abs(newton).max()), region))
-        steps = [linear.step] if linear.is_vertex else [curved, linear.step]
-        ends = [place.followed(step) for step in steps]
-        if place.worst - min(float(end[1].max()) for end in ends) <= GOOD * linear.promised:
-            seen = ends[-1][1] - place.slopes @ linear.step
-            again = linear_programme(seen, place.slopes, region, candidates)
-            if again is not None:
-                steps.append(again.step)
-                ends.append(place.followed(again.step))
+        steps, ends = _tried(place, linear, newton, region)
         best = int(np.argmin([end[1].max() for end in ends]))
         gain, length = place.worst - float(ends[best][1].max()), float(np.abs(steps[best]).max())
         if not gain > 0.0:
@@ -271,10 +263,27 @@ def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> End:
             continue
         good = gain > GOOD * linear.promised
         kept = region if good else SHRINKAGE * region
-        region = max(kept, GROWTH * length) if good or steps[best] is curved else kept
+        is_newton = best == 0 and not linear.is_vertex
+        region = max(kept, GROWTH * length) if good or is_newton else kept
         primitive, values = ends[best]
     place = Place.at(task, primitive, points, values)
     return End(_with_radius(task, primitive, place.worst), _is_minimum(place, candidates))
+
+
+def _tried(
+    place: Place, linear: Linear, newton: Array, region: float
+) -> tuple[list[Array], list[tuple[Primitive, Array]]]:
+    """The steps (k,) that are tried, Newton's first, and where each leads, with the values there."""
+    curved = newton * min(1.0, REACH * region / max(float(np.abs(newton).max()), region))
+    steps = [linear.step] if linear.is_vertex else [curved, linear.step]
+    ends = [place.followed(step) for step in steps]
+    if place.worst - min(float(end[1].max()) for end in ends) <= GOOD * linear.promised:
+        seen = ends[-1][1] - place.slopes @ linear.step
+        again = linear_programme(seen, place.slopes, region, linear.candidates)
+        if again is not None:
+            steps.append(again.step)
+            ends.append(place.followed(again.step))
+    return steps, ends
 
 
 def _is_minimum(place: Place, candidates: NDArray[np.intp]) -> bool:
