@@ -14,7 +14,6 @@ from typing import TypeVar
 import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.names import KINDS
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.synthetic import RECIPES, BenchmarkRecipe, ForeignRecipe, ScannerRecipe, SyntheticCloud, cloud
 from primfit.synthetic.bows import DEVIATIONS, DEVIATIONS_OF
@@ -22,7 +21,7 @@ from primfit.synthetic.clouds import MOVES
 from primfit.synthetic.foreign import cloud_and_shape
 from primfit.synthetic.noise import rounded
 from primfit.synthetic.perturb import random_subset, uniform_noise
-from primfit.synthetic.recipes import PERTURBATIONS, SENSORS, SHAPES, Range
+from primfit.synthetic.recipes import KINDS, PERTURBATIONS, SENSORS, SHAPES, Range
 from primfit.synthetic.sections import SECTIONS
 
 from . import bows, cone_arcs, prisms

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import PRIMITIVES, parameters
 from primfit.synthetic import BenchmarkRecipe, cloud
+from primfit.synthetic.recipes import KINDS
 
 from . import sources
 from .methods import METHODS, Answer, Method, load

@@ -22,7 +22,6 @@ from scipy.spatial.distance import cdist
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.extents import extents_of
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import DIRECTIONS, is_length, names_of, values_of
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.primitive import Primitive
@@ -36,7 +35,7 @@ from primfit.fitting.uncertainty.warnings import HALF_TURN, SHORT_ARC, WEAK_AXIS
 from primfit.synthetic import cloud
 from primfit.synthetic.bows import DEVIATIONS, DEVIATIONS_OF, piece_of
 from primfit.synthetic.noise import sigma_weights
-from primfit.synthetic.recipes import Range
+from primfit.synthetic.recipes import KINDS, Range
 from primfit.synthetic.scanner import STEEPEST, log_uniform
 
 from .cases import SCAN

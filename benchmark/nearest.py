@@ -4,9 +4,9 @@ import numpy as np
 
 from primfit.fitting.cloud.cloud import Cloud
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.names import KINDS
 from primfit.fitting.search.kind import Fit, fit_kind
 from primfit.fitting.trial.trial import Trial
+from primfit.synthetic.recipes import KINDS
 
 ENOUGH = 500
 """Points that a deviation is computed from: two digits."""

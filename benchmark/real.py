@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from primfit.fitting.names import KINDS
+from primfit.synthetic.recipes import KINDS
 
 from .cases import Buckets, Case, Description, bucket
 

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.names import KINDS
+from primfit.synthetic.recipes import KINDS
 
 from .records import Record
 

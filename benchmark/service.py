@@ -19,9 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.names import KINDS
 from primfit.synthetic import ScannerRecipe, cloud
-from primfit.synthetic.recipes import Range
+from primfit.synthetic.recipes import KINDS, Range
 
 from .cases import Case
 from .runner import Child

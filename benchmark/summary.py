@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from rich.table import Table
 
-from primfit.fitting.names import KINDS
+from primfit.synthetic.recipes import KINDS
 
 from .records import Record
 from .scores import answered, grouped, seconds, share, spread

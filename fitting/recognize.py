@@ -85,7 +85,13 @@ def _check_count(trials: Mapping[str, Trial], config: Config) -> None:
 
 
 def _rank(cloud: Cloud, classifier: Classifier) -> Mapping[str, float]:
-    return classifier.rank(cloud.working[cloud.sample[: len(cloud.normals)]], cloud.normals)
+    """Probabilities of all kinds: those that the classifier has not learnt have an equal share each."""
+    found = classifier.rank(cloud.working[cloud.sample[: len(cloud.normals)]], cloud.normals)
+    others = [kind for kind in KINDS if kind not in found]
+    if not others:
+        return found
+    left = 1.0 - len(others) / len(KINDS)
+    return {kind: left * share for kind, share in found.items()} | dict.fromkeys(others, 1.0 / len(KINDS))
 
 
 def _tolerance(config: Config, cloud: Cloud) -> float:

@@ -7,9 +7,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.names import KINDS
-
 from .features import features
+from .rough import KINDS
 from .weights import load
 
 Array = NDArray[np.float64]

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.names import KINDS
-
 from .classifier import FeatureClassifier
 from .features import N_FEATURES
+from .rough import KINDS
 
 Array = NDArray[np.float64]
 

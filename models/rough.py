@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from primfit.fitting.geometry.axes import RevolutionAxis, Seen, revolution_axis
 from primfit.fitting.geometry.vectors import rows
-from primfit.fitting.names import KINDS
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.sphere import Sphere
@@ -18,6 +17,9 @@ from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.search.starts import compete
 
 Array = NDArray[np.float64]
+
+KINDS = ("plane", "sphere", "cylinder", "cone", "torus")
+"""That the features tell apart, and classifiers have learnt; another one makes other features."""
 
 STARTING_POINTS = 96
 """Points that starts are solved for on ..."""

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.names import KINDS
-
 from .features import FEATURE_VERSION
+from .rough import KINDS
 
 DIRECTORY = Path(__file__).with_name("weights")
 

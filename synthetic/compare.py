@@ -16,11 +16,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.names import KINDS
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.shrec22 import from_vector
 
-from .recipes import PERTURBATIONS, TRAINING_COUNTS
+from .recipes import KINDS, PERTURBATIONS, TRAINING_COUNTS
 from .shrec import batch
 
 Array = NDArray[np.float64]

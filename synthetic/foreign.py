@@ -13,11 +13,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from primfit.fitting.names import KINDS
-
 from .clouds import SyntheticCloud
 from .noise import sigma_weights
-from .recipes import ForeignRecipe, Range, ScannerRecipe
+from .recipes import KINDS, ForeignRecipe, Range, ScannerRecipe
 from .scanner import (
     MOST_DOMINANT_NEIGHBOUR,
     STANDOFF,

@@ -9,8 +9,6 @@ three times the half-extent). No points of any cloud were used.
 
 from dataclasses import dataclass
 
-from primfit.fitting.names import KINDS
-
 
 @dataclass(frozen=True)
 class Range:
@@ -31,6 +29,9 @@ class NoiseLaw:
     uniform_n: tuple[int, ...] = (3, 5, 10, 15, 20)
     gaussian_n: tuple[int, ...] = (10, 15, 20, 25, 30)
 
+
+KINDS = ("plane", "sphere", "cylinder", "cone", "torus")
+"""Kinds that clouds are drawn of; there may be others."""
 
 PERTURBATIONS = ("A0", "A1", "A2", "A3", "A4", "A5", "A6", "A7", "A8", "A9")
 TRAINING_COUNTS = (5000,) * 9 + (1000,)

@@ -5,13 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.random import Generator
 
-from primfit.fitting.names import KINDS
-
 from .canonical import sample_segment
 from .clouds import SyntheticCloud
 from .perturb import perturb
 from .poses import place
-from .recipes import PERTURBATIONS, TRAINING_COUNTS, BenchmarkRecipe
+from .recipes import KINDS, PERTURBATIONS, TRAINING_COUNTS, BenchmarkRecipe
 
 WHOLE_AND_TURNED = "A9"
 """In the training set clouds of this type are never cut, and their axes never stay z."""

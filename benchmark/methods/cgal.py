@@ -15,13 +15,13 @@ from CGAL.CGAL_Point_set_processing_3 import jet_estimate_normals
 from CGAL.CGAL_Shape_detection import efficient_RANSAC
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.names import KINDS
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
+from primfit.synthetic.recipes import KINDS
 
 from ..measures import diagonal
 from . import Answer

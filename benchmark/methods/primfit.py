@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.names import KINDS
 from primfit.fitting.recognize import recognize
 from primfit.fitting.verdict.classifier import Classifier
 from primfit.models import load_classifier
+from primfit.synthetic.recipes import KINDS
 
 from . import Answer
 

@@ -19,7 +19,6 @@ from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
 from primfit.fitting.answer.result import Recognition
-from primfit.fitting.names import KINDS
 from primfit.fitting.noise.rounding import rounding_of
 from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.primitive import Primitive
@@ -27,7 +26,7 @@ from primfit.fitting.recognize import recognize
 from primfit.fitting.verdict.classifier import Classifier
 from primfit.models import load_classifier
 from primfit.synthetic import BenchmarkRecipe, cloud
-from primfit.synthetic.recipes import Range
+from primfit.synthetic.recipes import KINDS, Range
 
 from ..cases import CASE_SETS, REDRAWN, SCAN
 from . import oracles

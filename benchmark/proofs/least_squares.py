@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 from numpy.random import Generator
 
-from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import parameters
+from primfit.synthetic.recipes import KINDS
 
 from . import oracles
 from .fits import fitted

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
-from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.sphere import Sphere
+from primfit.synthetic.recipes import KINDS
 
 from . import oracles
 from .fits import fitted

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from primfit.fitting.names import KINDS
+from primfit.synthetic.recipes import KINDS
 
 from ..cases import OBJECTS, ROUND
 from ..pieces import CLEAR, INDISTINGUISHABLE, NOISE_LAWS

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from primfit.fitting.names import KINDS
+from primfit.synthetic.recipes import KINDS
 
 from ..cases import Level
 from ..records import Record

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from primfit.fitting.names import KINDS
+from primfit.synthetic.recipes import KINDS
 
 from ..coverage import LAWS, Outcome
 from .markdown import NOTHING, percent, table

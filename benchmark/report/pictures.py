@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from primfit.fitting.names import KINDS
+from primfit.synthetic.recipes import KINDS
 
 from ..records import Record
 from ..scores import ANSWERS, confusion, grouped, is_close, is_exact, share

@@ -1,6 +1,6 @@
 """Bars of real segments and of sensors' clouds, and of shapes that come close to a kind."""
 
-from primfit.fitting.names import KINDS
+from primfit.synthetic.recipes import KINDS
 
 from ..cases import AMPLITUDES, BOW_BUCKETS, DEVIATIONS_SEEN, FAR_OFF, PIPE
 from ..real import REAL

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from primfit.fitting.names import KINDS
+from primfit.synthetic.recipes import KINDS
 
 from ..real import REAL
 from ..records import Record

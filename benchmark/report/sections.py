@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 
-from primfit.fitting.names import KINDS
+from primfit.synthetic.recipes import KINDS
 
 from ..measures import GRID
 from ..records import SAMPLED, Record

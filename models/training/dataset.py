@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from primfit.fitting.cloud.cloud import NORMAL_POINTS
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.cloud.normals import estimate_normals
-from primfit.fitting.names import KINDS
 from primfit.synthetic import RECIPES, SensorRecipe, SyntheticCloud, cloud
 
 from ..features import FEATURE_VERSION, features, representatives
+from ..rough import KINDS
 
 Array = NDArray[np.float64]
 

@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.names import KINDS
-
+from ..rough import KINDS
 from .dataset import Dataset
 
 Array = NDArray[np.float64]

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from torch import nn
 
 from primfit.fitting.cloud.cloud import NORMAL_POINTS
-from primfit.fitting.names import KINDS
 
 from ..features import BLOCKS
 from ..network import CLIP, NetworkClassifier, softmax
+from ..rough import KINDS
 from ..weights import DIRECTORY, Card, save
 from .dataset import HELD_BACK_CLOUDS, SEED, TRAINING_CLOUDS, Dataset, make_dataset, numbers, option
 from .metrics import calibration_error, metrics, rank_of_truth

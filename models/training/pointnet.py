@@ -12,9 +12,8 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from primfit.fitting.names import KINDS
-
 from ..network import softmax
+from ..rough import KINDS
 from .dataset import make_dataset
 from .metrics import metrics
 from .network import fit, options, predict, temperature
