@@ -13,9 +13,11 @@ PRIMITIVES: dict[str, type[Primitive]] = {
     kind: getattr(import_module(f".{kind}", __name__), kind.capitalize()) for kind in KINDS
 }
 
-DIRECTIONS = ("axis", "normal")
-SIZES = ("radius", "half_angle", "major_radius", "minor_radius")
-VECTORS = (*DIRECTIONS, "center", "apex", "point")
+_TYPES = {field.name: field.type for kind in KINDS for field in fields(PRIMITIVES[kind])}  # type: ignore[arg-type]
+SIZES = tuple(name for name, of in _TYPES.items() if of is float)
+VECTORS = tuple(name for name in _TYPES if name not in SIZES)
+DIRECTIONS = tuple(name for name in VECTORS if name.endswith(("axis", "normal")))
+"""Parameters of any kind: numbers, vectors, and those of them that are unit vectors."""
 
 
 def parameters(primitive: Primitive) -> dict[str, str | float | list[float]]:

@@ -5,7 +5,7 @@ from typing import Any
 
 from ..errors import InvalidOptionError
 from ..names import KINDS
-from ..primitives import PRIMITIVES, parameters_of
+from ..primitives import DIRECTIONS, PRIMITIVES, VECTORS, parameters_of
 from ..primitives.primitive import Primitive
 from .constraints import LARGEST_ANGLE, SMALLEST_ANGLE, angle_error
 from .values import direction, positive, triple
@@ -34,9 +34,9 @@ def guess_of(values: object) -> Primitive:
 
 def _value(name: str, value: object) -> Any:
     field = f"initial_guess.{name}"
-    if name in ("axis", "normal"):
+    if name in DIRECTIONS:
         return direction(field, value)
-    if name in ("center", "apex", "point"):
+    if name in VECTORS:
         return triple(field, value)
     result = positive(field, value)
     if name == "half_angle" and not SMALLEST_ANGLE <= result <= LARGEST_ANGLE:

@@ -180,7 +180,7 @@ def direction_of(
     optimum: Optimum, steps: StepCovariance, quantile: float, profiles: Profiles | None
 ) -> Spread | None:
     """Of the axis or normal, which has no sign and is a right angle off at most; a sphere has none."""
-    if name_of_direction(optimum.primitive.kind) is None:
+    if not optimum.primitive.chart.tilts:
         return None
     found = spread(steps.matrix[:2, :2], quantile)
     if profiles is not None and found.standard_deviations[0] > 0.0:
