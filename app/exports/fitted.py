@@ -10,6 +10,7 @@ from primfit.fitting.answer.residuals import Residuals
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.cloud.cloud import check_coordinates, check_points
 from primfit.fitting.errors import InvalidOptionError
+from primfit.fitting.extents.values import Bounds
 from primfit.fitting.form import Form, form_of
 from primfit.fitting.primitives import Primitive, parameters
 
@@ -17,10 +18,14 @@ from ..engine.arrays import as_cloud, as_floats
 from ..engine.fit import config_of
 from ..engine.segments import PER_POINT
 from ..readers.cloud import Array, Cloud
-from .patch import answered
+from .drawing import Shape, shape_of
 
 OPTIONS = tuple(signature(config_of).parameters)
 COUNTS = ("weights", "standard_deviations")
+
+
+class NothingToExportError(ValueError):
+    """There is no primitive, or no extents to trim it to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +44,27 @@ class Fitted:
 
     @property
     def primitive(self) -> Primitive:
-        """Of the answer; raises `NothingToExportError` without one."""
-        return answered(self.recognition)
+        """The first of an ambiguous answer, the best try of `no_fit`.
+
+        Raises `NothingToExportError` where there is none.
+        """
+        found = self.recognition
+        if found.primitive is None:
+            raise NothingToExportError(f"the answer is {found.status} and holds no primitive to export")
+        return found.primitive
+
+    @property
+    def extents(self) -> Bounds:
+        """Of the primitive; raises `NothingToExportError` where its points span no surface."""
+        kind, extents = self.primitive.kind, self.recognition.extents
+        if extents is None:
+            raise NothingToExportError(f"the {kind} cannot be trimmed: it has no extents")
+        return extents
+
+    @cached_property
+    def shape(self) -> Shape:
+        """The primitive within its extents; raises `NothingToExportError` where there is nothing to trim."""
+        return shape_of(self.primitive, self.extents)
 
     @property
     def given(self) -> Cloud:

@@ -17,7 +17,7 @@ from starlette.responses import Response
 
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
-from ..exports.patch import NothingToExportError
+from ..exports.fitted import NothingToExportError
 from ..readers.errors import (
     SHOWN,
     FieldError,
