@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from primfit.fitting import names
+from primfit.models.names import CLASSIFIER, ClassifierName
+
 if TYPE_CHECKING:
     from ..exports import ExportOptions, Fitted
 
@@ -26,39 +29,22 @@ BADNESS = (*EXIT.values(), BAD_INPUT, INTERNAL_ERROR)
 FLAGS = {"kinds": "kind", "constraints": "constraint"}
 
 
-class Kind(StrEnum):
-    """`fitting.names.KINDS`, without importing it."""
-
-    plane = "plane"
-    sphere = "sphere"
-    cylinder = "cylinder"
-    cone = "cone"
-    torus = "torus"
-
-
+# Typer takes lists of an enum, not of a Literal.
+Kind = StrEnum("Kind", [(kind, kind) for kind in names.KINDS])  # type: ignore[misc]
 Kinds = Annotated[
     list[Kind] | None, typer.Option("--kind", help="Allow this kind (repeatable); all of them by default.")
 ]
 Classifier = Annotated[
-    Literal["network", "knn", "none"] | None,
-    typer.Option(help="Who ranks the kinds; with 'none' all are tried.", show_default="network"),
-]
-CriterionName = Literal[
-    "robust",
-    "least_squares",
-    "huber",
-    "tukey",
-    "minimum_zone",
-    "minimum_circumscribed",
-    "maximum_inscribed",
+    ClassifierName | None,
+    typer.Option(help="Who ranks the kinds; with 'none' all are tried.", show_default=CLASSIFIER),
 ]
 Criterion = Annotated[
-    CriterionName | None,
+    names.Criterion | None,
     typer.Option(
         help="What the parameters minimise: 'robust' rejects outliers, 'least_squares' counts every point "
         "alike; the others are M-estimators, the minimum zone, and spheres or cylinders with all points "
         "inside or outside.",
-        show_default="robust",
+        show_default=names.CRITERION,
     ),
 ]
 MaxError = Annotated[
@@ -100,7 +86,7 @@ ExportFile = Annotated[Path | None, typer.Option(help="Write the trimmed primiti
 ResidualFile = Annotated[
     Path | None, typer.Option(help="Write the signed residuals of all points to it.", dir_okay=False)
 ]
-Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", show_default="0")]
+Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", show_default=str(names.SEED))]
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -430,7 +416,7 @@ def _installed(command: str) -> Callable[..., Any]:
 def _options(
     kind: list[Kind] | None,
     classifier: str | None,
-    criterion: CriterionName | None,
+    criterion: str | None,
     max_error: float | None,
     tolerance: float | None,
     seed: int | None,
@@ -445,7 +431,7 @@ def _options(
     given |= {"tolerance": tolerance, "seed": seed}
     options = {name: value for name, value in given.items() if value is not None}
     if kind:
-        options["kinds"] = list(dict.fromkeys(str(k) for k in kind))
+        options["kinds"] = list(dict.fromkeys(map(str, kind)))
     try:
         if constraint:
             options["constraints"] = parse_constraints(constraint)

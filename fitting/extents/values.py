@@ -35,12 +35,12 @@ Places = Annotated[tuple[tuple[Array, ...], ...], _places]
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """What the extents of all kinds have in common.
+    """What the extents of all kinds have in common; `fitting.extents.spread.coverage` counts the coverage.
 
     Attributes
     ----------
     area : of the trimmed surface
-    coverage : share of that area near which there are points; see `fitting.extents.spread.coverage`
+    coverage : share of that area near which there are points
     """
 
     kind: ClassVar[str]

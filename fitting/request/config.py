@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InvalidOptionError
-from ..names import CRITERIA, KINDS, Criterion
+from ..names import CRITERIA, CRITERION, KINDS, SEED, Criterion
 from ..primitives import PRIMITIVES, Primitive, parameters
 from .constraints import UNCONSTRAINED, Constraints
 from .guess import guess_of
@@ -52,10 +52,10 @@ class Config:
     """
 
     kinds: tuple[str, ...] = KINDS
-    criterion: Criterion = "robust"
+    criterion: Criterion = CRITERION
     max_error: float | None = None
     tolerance: float | None = None
-    seed: int = 0
+    seed: int = SEED
     constraints: Constraints = UNCONSTRAINED
     initial_guess: Primitive | None = None
 
