@@ -15,7 +15,7 @@ from primfit.models import load_classifier
 from primfit.models.names import CLASSIFIER
 
 from ..readers.cloud import Array, Cloud
-from .fit import config_of
+from .fit import config_of, fit_cloud
 
 
 def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -28,6 +28,12 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
     options : the keyword options given to `engine.fit`; those left out stand at their defaults
     """
     return {**recognition.to_dict(), "receipt": receipt(cloud, options)}
+
+
+def answered(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any]]:
+    """Fit a cloud as it was read, with checked options: what was recognised, and the answer."""
+    recognition = fit_cloud(cloud, options)
+    return recognition, answer(recognition, cloud, options)
 
 
 def to_json(content: Mapping[str, Any]) -> bytes:

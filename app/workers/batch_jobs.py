@@ -194,10 +194,9 @@ class FileJob:
     def _store(self, cloud: Cloud, cut: Cut, options: Mapping[str, Any], scratch: BinaryIO) -> CutFile:
         if len(cut.labels) > self.most_segments:
             raise too_many_segments(len(cut.labels), self.most_segments)
-        arrays = per_point(cloud)
-        for _, rows in cut:
-            scratch.write(np.column_stack([values[rows] for values in arrays.values()]).data)
-        columns = {name: values[:1].size for name, values in arrays.items()}
+        for _, _, segment in cut:
+            scratch.write(np.column_stack(list(per_point(segment).values())).data)
+        columns = {name: values[:1].size for name, values in per_point(cloud).items()}
         stored = Stored(self.scratch, columns, part(cloud, cut.rows[:0]), options)
         return CutFile(cut.labels, cut.bounds, stored)
 
