@@ -22,8 +22,8 @@ from ..wire.multipart import Part
 from ..wire.problems import ServiceError, problem
 from ..workers.batch_jobs import CutFile, FileJob, Found, Opened, SegmentJob, Stretch, too_many_segments
 from ..workers.jobs import Reply
+from .media_types import NDJSON
 from .metrics import Metrics
-from .openapi import NDJSON
 from .ordered import in_order
 from .settings import Settings
 
