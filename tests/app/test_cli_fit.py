@@ -12,8 +12,10 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner, Result
 
-from primfit.app.cli.commands import BADNESS, EXIT, Kind, app
+from primfit.app.cli.commands import app
+from primfit.app.cli.options import Kind
 from primfit.app.cli.render import render
+from primfit.app.cli.status import BADNESS, EXIT
 from primfit.app.wire import schemas
 from primfit.fitting.names import CRITERIA, KINDS
 from primfit.fitting.primitives.cylinder import Cylinder
