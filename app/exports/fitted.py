@@ -100,19 +100,22 @@ def fitted_points(recognition: Recognition, points: Any, options: Mapping[str, A
     if points is None:
         return Fitted(recognition)
     coordinates = check_points(as_cloud(points)[0])
-    arrays: dict[str, Any] = {}
-    used = None
-    if options is not None:
-        for name in options:
-            if name not in OPTIONS and name not in PER_POINT:
-                raise InvalidOptionError(
-                    f"options holds {name!r:.40}; allowed are {', '.join(OPTIONS)}", "options"
-                )
-        arrays = {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
-        used = {name: value for name, value in options.items() if name not in PER_POINT}
-        guess = config_of(**used).initial_guess
-        used |= {} if guess is None else {"initial_guess": parameters(guess)}
-    return Fitted(recognition, _cloud_of(coordinates, **arrays), used)
+    if options is None:
+        return Fitted(recognition, _cloud_of(coordinates))
+    for name in options:
+        if name not in OPTIONS and name not in PER_POINT:
+            raise InvalidOptionError(
+                f"options holds {name!r:.40}; allowed are {', '.join(OPTIONS)}", "options"
+            )
+    arrays = {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
+    return Fitted(recognition, _cloud_of(coordinates, **arrays), _used(options))
+
+
+def _used(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Those that are not about single points, checked, in plain values."""
+    used = {name: value for name, value in options.items() if name not in PER_POINT}
+    guess = config_of(**used).initial_guess
+    return used if guess is None else used | {"initial_guess": parameters(guess)}
 
 
 def _cloud_of(points: Array, **beside: Any) -> Cloud:

@@ -42,7 +42,7 @@ class Models:
         name: str | None = None,
         without: Sequence[str] = (),
         base: type[BaseModel] | None = None,
-        closed: bool = False,
+        config: ConfigDict | None = None,
         optional: bool = False,
         doc: str | None = None,
         **instead: Any,
@@ -55,34 +55,36 @@ class Models:
         name : of the model, in place of that of the dataclass
         without : fields that are left out
         base : a model whose fields come first
-        closed : other fields are refused
+        config : of the model, as that of one that is closed to other fields
         optional : fields may be left out, and stand at None then
         doc : what it is, in place of the docstring
         instead : types of fields, in place of those of the dataclass
         """
         hints, said = get_type_hints(of), descriptions(of)
-        made: dict[str, Any] = {} if base else _kind(of)
+        made: dict[str, Any] = {}
         for name_ in (field.name for field in fields(of) if field.name not in without):
             text = said.get(name_, "")
-            type_ = instead.pop(name_) if name_ in instead else self._type(hints[name_], _shape(text))
+            type_ = instead.pop(name_, None) or self._type(hints[name_], _shape(text))
             made[name_] = (type_, _field(None if optional else ..., text))
         made |= {name_: (type_, ...) for name_, type_ in instead.items()}
-        how: Any = {"__base__": base} if base else {"__config__": CLOSED if closed else None}
-        model = create_model(name or of.__name__, **how, __doc__=doc or prose(of), **made)
-        return model if base else self.stands_for(of, model)
+        name, doc = name or of.__name__, doc or prose(of)
+        if base is not None:
+            return create_model(name, __base__=base, __doc__=doc, **made)
+        return self.stands_for(of, create_model(name, __config__=config, __doc__=doc, **_kind(of), **made))
 
     def _type(self, hint: Any, shape: str | None) -> Any:
         """The type on the wire of a field."""
-        if hint in self._known:
-            return self._known[hint]
-        if hint == np.ndarray or get_origin(hint) is np.ndarray:
+        origin = get_origin(hint)
+        if hint in self._known or origin is Literal:
+            return self._known.get(hint, hint)
+        if origin is np.ndarray:
             return _ARRAYS[shape]
         if is_dataclass(hint):
             raise TypeError(f"the model of {hint} comes too late")
-        inner = [self._type(each, shape) for each in get_args(hint) if get_origin(hint) is not Literal]
-        if get_origin(hint) is tuple:
+        inner = [self._type(each, shape) for each in get_args(hint)]
+        if origin is tuple:
             return list[inner[0]] if inner[1] is ... else Vector  # type: ignore[valid-type]
-        if get_origin(hint) is Mapping:
+        if origin is Mapping:
             return dict[inner[0], inner[1]]  # type: ignore[valid-type]
         return reduce(or_, inner) if inner else hint
 

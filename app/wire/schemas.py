@@ -32,9 +32,9 @@ CriterionName = TypeAliasType("CriterionName", names.Criterion)
 Upload = Annotated[bytes, WithJsonSchema({"type": "string", "format": "binary"})]
 _wire = Models()
 
-_PRIMITIVES = {kind: _wire.model(PRIMITIVES[kind], closed=True) for kind in KINDS}
+_PRIMITIVES = {kind: _wire.model(PRIMITIVES[kind], config=CLOSED) for kind in KINDS}
 Primitive = _wire.stands_for(primitives.Primitive, union(_PRIMITIVES.values()))
-_EXTENTS = {kind: _wire.model(EXTENTS[kind], closed=True) for kind in KINDS}
+_EXTENTS = {kind: _wire.model(EXTENTS[kind], config=CLOSED) for kind in KINDS}
 Extents = union(_EXTENTS.values())
 
 
@@ -59,7 +59,7 @@ class DirectionConstraint(BaseModel):
 
 _wire.stands_for(constraints.Range, NumberConstraint)
 _wire.stands_for(constraints.Direction, DirectionConstraint)
-Constraints = _wire.model(constraints.Constraints, closed=True, optional=True)
+Constraints = _wire.model(constraints.Constraints, config=CLOSED, optional=True)
 
 
 class FitOptions(BaseModel):

@@ -8,7 +8,6 @@ import pytest
 from typer.testing import CliRunner
 
 from primfit.app.cli import commands as cli
-from primfit.app.cli.status import BAD_INPUT
 from primfit.benchmark import command, options
 from primfit.benchmark.cases import CASE_SETS
 from primfit.benchmark.command import BAD_INPUT, INTERRUPTED, bench

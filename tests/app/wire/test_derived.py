@@ -8,7 +8,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from primfit.app.wire import schemas
-from primfit.app.wire.derived import Models, union
+from primfit.app.wire.derived import CLOSED, Models, union
 from primfit.fitting.extents import EXTENTS
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.names import KINDS
@@ -66,7 +66,7 @@ def _schema(model: Any) -> dict[str, Any]:
 def _model() -> Any:
     wire = Models()
     wire.model(Sized)
-    return wire.model(Ellipsoid, closed=True)
+    return wire.model(Ellipsoid, config=CLOSED)
 
 
 def test_types_follow_the_fields_and_the_shapes() -> None:
