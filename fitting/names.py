@@ -16,3 +16,7 @@ Criterion = Literal[
     "maximum_inscribed",
 ]
 CRITERIA: tuple[Criterion, ...] = get_args(Criterion)
+
+CRITERION: Criterion = "robust"
+SEED = 0
+"""The defaults of `criterion` and `seed`; all kinds are allowed, and the other options are not set."""

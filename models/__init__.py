@@ -1,18 +1,18 @@
 """Which primitive is it? Classifiers that rank the kinds before anything is fitted."""
 
 from functools import cache
+from typing import TYPE_CHECKING
 
-from primfit.fitting.verdict.classifier import Classifier
+from .names import CLASSIFIERS
+
+if TYPE_CHECKING:
+    from primfit.fitting.verdict.classifier import Classifier
 
 __all__ = ["CLASSIFIERS", "load_classifier"]
 
-CLASSIFIERS = ("network", "knn", "none")
-"""The names that `load_classifier` knows; the first is the default, `none` stands for
-trying every kind."""
-
 
 @cache
-def load_classifier(name: str) -> Classifier | None:
+def load_classifier(name: str) -> "Classifier | None":
     """The classifier of that name, loaded once; None for `none`.
 
     Raises

@@ -5,13 +5,13 @@ A number is `radius=5`, or `radius=4..6` with either end left out; a direction i
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_type_hints
 
 from primfit.fitting.errors import InvalidOptionError
+from primfit.fitting.request.constraints import Constraints, Direction, Range
+from primfit.fitting.request.values import Triple
 
-_NUMBERS = ("radius", "major_radius", "minor_radius", "half_angle")
-_DIRECTIONS = ("axis", "normal")
-_POSITIONS = ("center", "apex", "point")
+_TYPES = get_type_hints(Constraints)
 
 
 def parse_constraints(flags: Sequence[str]) -> dict[str, Any]:
@@ -29,12 +29,13 @@ def parse_constraints(flags: Sequence[str]) -> dict[str, Any]:
 
 def _value(name: str, text: str) -> Any:
     """The value in plain form; of a name that is not known the text, which `Constraints.of` refuses."""
-    if name in _POSITIONS:
+    type_ = _TYPES.get(name)
+    if type_ == Triple | None:
         return _numbers(name, text)
-    if name in _DIRECTIONS:
+    if type_ == Direction | None:
         direction, at, angle = text.partition("@")
         return {"direction": _numbers(name, direction)} | ({"max_angle": _number(name, angle)} if at else {})
-    if name not in _NUMBERS:
+    if type_ != Range | None:
         return text
     low, dots, high = text.partition("..")
     if not dots:

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -14,11 +14,10 @@ from typing import Any, TypeVar
 
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
-from ..engine.answer import answer
-from ..engine.fit import fit_cloud
+from ..engine.answer import answered
 from ..engine.items import Item
 from ..engine.names import Ids, base_name, plain
-from ..engine.segments import cut_cloud, part
+from ..engine.segments import cut_cloud
 from ..exports import Fitted
 from ..readers import Cloud, UnreadableFileError, read
 
@@ -50,8 +49,8 @@ def fit_file(name: str, options: Mapping[str, Any]) -> tuple[Fitted, dict[str, A
     """What was recognised in a file and the body of `POST /fit` for it, or what is wrong with it."""
     try:
         cloud, used = _read(name, options, None)
-        recognition = fit_cloud(cloud, used)
-        return Fitted(recognition, cloud, used), answer(recognition, cloud, used)
+        recognition, content = answered(cloud, used)
+        return Fitted(recognition, cloud, used), content
     except Exception as error:  # one file must not cost the others their answers
         return _problem(name, error)
 
@@ -128,7 +127,7 @@ def _segments(names: Sequence[str], options: Mapping[str, Any], labels: str) -> 
     ids = Ids()
     for number, name in enumerate(names, 1):
         file = None if name == STDIN else base_name(name)
-        whole = Source(Item(ids.of_file(file, number), file, None), number, name)
+        whole = Source(Item.of_file(file, number, ids), number, name)
         try:
             cloud, used = _read(name, options, labels)
             cut = cut_cloud(cloud)
@@ -138,9 +137,8 @@ def _segments(names: Sequence[str], options: Mapping[str, Any], labels: str) -> 
         if cut is None:
             yield whole, cloud, used
             continue
-        for label, rows in cut:
-            item = Item(ids.of_segment(whole.item.id, label), file, label)
-            yield Source(item, number, name), part(cloud, rows), used
+        for label, _, segment in cut:
+            yield replace(whole, item=whole.item.segment(label, ids)), segment, used
 
 
 def _answer_segment(job: _Job) -> tuple[Source, dict[str, Any] | Problem]:
@@ -148,7 +146,7 @@ def _answer_segment(job: _Job) -> tuple[Source, dict[str, Any] | Problem]:
     if isinstance(cloud, Problem):
         return source, cloud
     try:
-        return source, answer(fit_cloud(cloud, options), cloud, options)
+        return source, answered(cloud, options)[1]
     except Exception as error:
         return source, _problem(source.title, error)
 

@@ -10,13 +10,12 @@ import numpy as np
 import orjson
 
 from primfit.fitting.answer.result import Recognition
-from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import parameters
-from primfit.fitting.request.constraints import Constraints
-from primfit.fitting.request.guess import guess_of
 from primfit.models import load_classifier
+from primfit.models.names import CLASSIFIER
 
 from ..readers.cloud import Array, Cloud
+from .fit import config_of, fit_cloud
 
 
 def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -31,6 +30,12 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
     return {**recognition.to_dict(), "receipt": receipt(cloud, options)}
 
 
+def answered(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any]]:
+    """Fit a cloud as it was read, with checked options: what was recognised, and the answer."""
+    recognition = fit_cloud(cloud, options)
+    return recognition, answer(recognition, cloud, options)
+
+
 def to_json(content: Mapping[str, Any]) -> bytes:
     """One line of JSON; floats in the fewest digits that read back to the same value."""
     return orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY)
@@ -38,9 +43,8 @@ def to_json(content: Mapping[str, Any]) -> bytes:
 
 def receipt(cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
     """What was fitted and how: enough to repeat it."""
-    kinds = options.get("kinds")
-    classifier = options.get("classifier", "network")
-    constraints, guess = options.get("constraints"), options.get("initial_guess")
+    classifier = options.get("classifier", CLASSIFIER)
+    config = config_of(**options)
     counts = cloud.standard_deviations if cloud.weights is None else cloud.weights
     return {
         "input_sha256": _sha256(cloud.points),
@@ -49,14 +53,14 @@ def receipt(cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
         "format": cloud.format,
         "columns": list(cloud.columns),
         "options": {
-            "kinds": list(KINDS if kinds is None else kinds),
+            "kinds": list(config.kinds),
             "classifier": classifier,
-            "criterion": options.get("criterion", "robust"),
-            "max_error": options.get("max_error"),
-            "tolerance": options.get("tolerance"),
-            "seed": options.get("seed", 0),
-            "constraints": None if constraints is None else Constraints.of(constraints).plain(),
-            "initial_guess": None if guess is None else parameters(guess_of(guess)),
+            "criterion": config.criterion,
+            "max_error": config.max_error,
+            "tolerance": config.tolerance,
+            "seed": config.seed,
+            "constraints": None if options.get("constraints") is None else config.constraints.plain(),
+            "initial_guess": config.initial_guess and parameters(config.initial_guess),
         },
         "versions": versions(classifier),
     }

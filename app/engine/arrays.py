@@ -47,7 +47,11 @@ def _held(given: Any) -> tuple[Any, Any]:
         return given.points, given.normals if has_normals and has_normals() else None
     if hasattr(given, "vertices"):
         return given.vertices, None
-    # Open3D's classes of tensors.
+    return _tensors(given)
+
+
+def _tensors(given: Any) -> tuple[Any, Any]:
+    """Of Open3D's classes of tensors."""
     tensors = getattr(given, "point", getattr(given, "vertex", None))
     if tensors is None or "positions" not in tensors:
         return given, None

@@ -7,13 +7,14 @@ from numpy.typing import ArrayLike
 
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
-from primfit.fitting.names import KINDS, Criterion
+from primfit.fitting.names import CRITERION, KINDS, SEED, Criterion
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.request.constraints import UNCONSTRAINED, Constraints
 from primfit.fitting.request.guess import guess_of
-from primfit.models import CLASSIFIERS, load_classifier
+from primfit.models import load_classifier
+from primfit.models.names import CLASSIFIER, CLASSIFIERS
 
 from ..readers.cloud import Cloud
 from .arrays import as_cloud, as_floats
@@ -25,11 +26,11 @@ def fit(
     points: Any,
     *,
     kinds: Sequence[str] | None = None,
-    classifier: str = "network",
-    criterion: str = "robust",
+    classifier: str = CLASSIFIER,
+    criterion: str = CRITERION,
     max_error: float | None = None,
     tolerance: float | None = None,
-    seed: int = 0,
+    seed: int = SEED,
     normals: ArrayLike | None = None,
     weights: ArrayLike | None = None,
     standard_deviations: ArrayLike | None = None,
@@ -82,11 +83,11 @@ def fit(
 
 def config_of(
     kinds: Sequence[str] | None = None,
-    classifier: str = "network",
-    criterion: str = "robust",
+    classifier: str = CLASSIFIER,
+    criterion: str = CRITERION,
     max_error: float | None = None,
     tolerance: float | None = None,
-    seed: int = 0,
+    seed: int = SEED,
     constraints: Mapping[str, Any] | None = None,
     initial_guess: Primitive | Mapping[str, Any] | None = None,
 ) -> Config:

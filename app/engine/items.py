@@ -1,10 +1,11 @@
 """What is answered of many: a file, or a segment of it, each on a line of its own."""
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, Self
 
 import orjson
 
+from .names import Ids
 from .segments import Label
 
 
@@ -18,6 +19,15 @@ class Item:
     id: str
     file: str | None
     label: Label | None
+
+    @classmethod
+    def of_file(cls, file: str | None, number: int, ids: Ids) -> Self:
+        """The file of this name, or of this number where it has none."""
+        return cls(ids.of_file(file, number), file, None)
+
+    def segment(self, label: Label, ids: Ids) -> Self:
+        """A segment of this file."""
+        return replace(self, id=ids.of_segment(self.id, label), label=label)
 
     def line(self, name: Literal["answer", "problem"], content: bytes) -> bytes:
         """The line for it; what was found, or the problem, stands in it byte for byte."""

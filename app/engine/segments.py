@@ -1,6 +1,6 @@
 """A cloud whose points carry labels, cut into its segments; and each of them fitted, in Python."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -14,7 +14,7 @@ from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from ..readers.cloud import Cloud
 from .answer import to_json
 from .arrays import as_array, as_cloud, as_floats
-from .fit import config_of, fit
+from .fit import config_of, fit_cloud
 
 PER_POINT = ("points", "normals", "weights", "standard_deviations")
 
@@ -30,14 +30,16 @@ class Cut:
     the i-th label has those from `bounds[i]` to `bounds[i + 1]`.
     """
 
+    cloud: Cloud
     labels: list[Label]
     rows: Rows
     bounds: list[int]
 
-    def __iter__(self) -> Iterator[tuple[Label, Rows]]:
-        """Each label with its rows."""
+    def __iter__(self) -> Iterator[tuple[Label, Rows, Cloud]]:
+        """Each label with its rows, and the cloud of these."""
         for label, (start, stop) in zip(self.labels, pairwise(self.bounds), strict=True):
-            yield label, self.rows[start:stop]
+            rows = self.rows[start:stop]
+            yield label, rows, part(self.cloud, rows)
 
 
 @dataclass(frozen=True)
@@ -97,27 +99,31 @@ def fit_segments(points: Any, labels: ArrayLike, **options: Any) -> list[Segment
     given = {name: options.pop(name, None) for name in PER_POINT[1:]}
     config_of(**options)
     coordinates, held = as_cloud(points)
-    if given["normals"] is None:
-        given["normals"] = held
-    arrays: dict[str, Any] = {"points": coordinates}
-    arrays |= {name: as_floats(values, name) for name, values in given.items() if values is not None}
+    arrays: dict[str, Any] = {
+        name: as_floats(values, name) for name, values in given.items() if values is not None
+    }
+    whole = Cloud(coordinates, ("x", "y", "z"), held, "array", labels=as_array(labels))
     segments = []
-    for label, rows in cut(as_array(labels), arrays):
+    for label, rows, cloud in cut(replace(whole, **arrays)):
         try:
-            chosen = {name: array[rows] for name, array in arrays.items()}
-            recognition = fit(**chosen, **options)
-            segments.append(Segment(label, rows, recognition))
+            segments.append(Segment(label, rows, fit_cloud(cloud, options)))
         except (InvalidPointCloudError, InvalidOptionError) as error:
             segments.append(Segment(label, rows, None, str(error)))
     return segments
 
 
-def cut(labels: NDArray[Any], arrays: Mapping[str, NDArray[Any]]) -> Cut:
-    """Cut a cloud by its labels (N,); `arrays` hold a value for each of its points.
+def cut_cloud(cloud: Cloud) -> Cut | None:
+    """The segments of a cloud; None where it has no labels, or no points that could carry them."""
+    return None if cloud.labels is None or not len(cloud.labels) else cut(cloud)
+
+
+def cut(cloud: Cloud) -> Cut:
+    """The segments of a cloud that has labels (N,).
 
     Raises `InvalidPointCloudError` where labels are no whole numbers or strings, or lengths differ.
     """
-    labels = _whole(labels)
+    assert cloud.labels is not None
+    labels, arrays = _whole(cloud.labels), per_point(cloud)
     n_points = len(arrays["points"]) if arrays["points"].ndim else 0
     for name, array in {"labels": labels, **arrays}.items():
         if array.shape[:1] != (n_points,):
@@ -125,7 +131,7 @@ def cut(labels: NDArray[Any], arrays: Mapping[str, NDArray[Any]]) -> Cut:
                 f"{name} have shape {array.shape}; one for each of {n_points} points is needed", name
             )
     values, which, counts = _distinct(labels)
-    return Cut(values, np.argsort(which, kind="stable"), [0, *np.cumsum(counts).tolist()])
+    return Cut(cloud, values, np.argsort(which, kind="stable"), [0, *np.cumsum(counts).tolist()])
 
 
 def _whole(labels: NDArray[Any]) -> NDArray[Any]:
@@ -152,13 +158,6 @@ def _distinct(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
     place = {name: i for i, name in enumerate(names)}
     which = np.fromiter(map(place.__getitem__, labels.tolist()), np.intp, len(labels))
     return names, which, np.bincount(which, minlength=len(names))
-
-
-def cut_cloud(cloud: Cloud) -> Cut | None:
-    """The segments of a cloud; None where it has no labels, or no points that could carry them."""
-    if cloud.labels is None or not len(cloud.labels):
-        return None
-    return cut(cloud.labels, per_point(cloud))
 
 
 def per_point(cloud: Cloud) -> dict[str, NDArray[np.float64]]:

@@ -9,11 +9,10 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError
 
-from .fitted import Fitted, fitted_points, form_errors, residuals
+from .fitted import Fitted, NothingToExportError, fitted_points, form_errors, residuals
 from .form import form_json
 from .mesh import mesh_writer
 from .options import ExportOptions
-from .patch import NothingToExportError
 from .report import html_report
 from .residual_files import residuals_csv, residuals_las, residuals_npy, residuals_ply
 from .step import step

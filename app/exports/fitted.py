@@ -11,6 +11,7 @@ from primfit.fitting.answer.residuals import Residuals
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.cloud.cloud import check_coordinates, check_points
 from primfit.fitting.errors import InvalidOptionError
+from primfit.fitting.extents.values import Extents
 from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.primitive import Primitive
 
@@ -18,10 +19,14 @@ from ..engine.arrays import as_cloud, as_floats
 from ..engine.fit import config_of
 from ..engine.segments import PER_POINT
 from ..readers.cloud import Array, Cloud
-from .patch import answered
+from .drawing import Shape, shape_of
 
 OPTIONS = tuple(signature(config_of).parameters)
 COUNTS = ("weights", "standard_deviations")
+
+
+class NothingToExportError(ValueError):
+    """There is no primitive, or no extents to trim it to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +45,27 @@ class Fitted:
 
     @property
     def primitive(self) -> Primitive:
-        """Of the answer; raises `NothingToExportError` without one."""
-        return answered(self.recognition)
+        """The first of an ambiguous answer, the best try of `no_fit`.
+
+        Raises `NothingToExportError` where there is none.
+        """
+        found = self.recognition
+        if found.primitive is None:
+            raise NothingToExportError(f"the answer is {found.status} and holds no primitive to export")
+        return found.primitive
+
+    @property
+    def extents(self) -> Extents:
+        """Of the primitive; raises `NothingToExportError` where its points span no surface."""
+        kind, extents = self.primitive.kind, self.recognition.extents
+        if extents is None:
+            raise NothingToExportError(f"the {kind} cannot be trimmed: it has no extents")
+        return extents
+
+    @cached_property
+    def shape(self) -> Shape:
+        """The primitive within its extents; raises `NothingToExportError` where there is nothing to trim."""
+        return shape_of(self.primitive, self.extents)
 
     @property
     def given(self) -> Cloud:
@@ -77,19 +101,22 @@ def fitted_points(recognition: Recognition, points: Any, options: Mapping[str, A
     if points is None:
         return Fitted(recognition)
     coordinates = check_points(as_cloud(points)[0])
-    arrays: dict[str, Any] = {}
-    used = None
-    if options is not None:
-        for name in options:
-            if name not in OPTIONS and name not in PER_POINT:
-                raise InvalidOptionError(
-                    f"options holds {name!r:.40}; allowed are {', '.join(OPTIONS)}", "options"
-                )
-        arrays = {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
-        used = {name: value for name, value in options.items() if name not in PER_POINT}
-        guess = config_of(**used).initial_guess
-        used |= {} if guess is None else {"initial_guess": parameters(guess)}
-    return Fitted(recognition, _cloud_of(coordinates, **arrays), used)
+    if options is None:
+        return Fitted(recognition, _cloud_of(coordinates))
+    for name in options:
+        if name not in OPTIONS and name not in PER_POINT:
+            raise InvalidOptionError(
+                f"options holds {name!r:.40}; allowed are {', '.join(OPTIONS)}", "options"
+            )
+    arrays = {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
+    return Fitted(recognition, _cloud_of(coordinates, **arrays), _used(options))
+
+
+def _used(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Those that are not about single points, checked, in plain values."""
+    used = {name: value for name, value in options.items() if name not in PER_POINT}
+    guess = config_of(**used).initial_guess
+    return used if guess is None else used | {"initial_guess": parameters(guess)}
 
 
 def _cloud_of(points: Array, **beside: Any) -> Cloud:

@@ -23,6 +23,7 @@ _ALIASES = {
 AUTO_LABELS = "auto"
 _LABELS = ("label", "labels", "segment", "segment_id", "segments", "instance", "instance_id", "instances")
 _LABEL_LIMIT = 200
+_XYZ, _NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
 _NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in aliases}
 
 
@@ -63,6 +64,11 @@ class Columns:
     def used(self) -> tuple[int, ...]:
         return self.points + self.normals
 
+    @property
+    def wanted(self) -> tuple[int, ...]:
+        """Those used, and that of the labels."""
+        return self.used if self.label is None else (*self.used, self.label)
+
     def packed(self) -> "Columns":
         """The same columns in a table that holds only the used ones, in their order."""
         return replace(self, points=(0, 1, 2), normals=(3, 4, 5) if self.normals else ())
@@ -85,18 +91,23 @@ def find_label(names: Sequence[str], wanted: str | None) -> int | None:
     """
     if wanted is None:
         return None
-    if wanted == AUTO_LABELS:
-        found = [i for i, name in enumerate(names) if _bare(name) in _LABELS]
-    else:
-        found = [i for i, name in enumerate(names) if name.strip() == wanted]
-        found = found or [i for i, name in enumerate(names) if _bare(name) == _bare(wanted)]
-        if not found:
-            raise UnreadableFileError(
-                "labels", f"no column of this name among {len(names)}", describe(wanted)
-            )
+    found = _usual_labels(names) if wanted == AUTO_LABELS else _named(names, wanted)
     if len(found) > 1:
         raise UnreadableFileError("labels", f"{len(found)} columns may be the labels; name one of them")
     return found[0] if found else None
+
+
+def _usual_labels(names: Sequence[str]) -> list[int]:
+    return [i for i, name in enumerate(names) if _bare(name) in _LABELS]
+
+
+def _named(names: Sequence[str], wanted: str) -> list[int]:
+    """Columns of this very name, or else of one that means the same."""
+    found = [i for i, name in enumerate(names) if name.strip() == wanted]
+    found = found or [i for i, name in enumerate(names) if _bare(name) == _bare(wanted)]
+    if not found:
+        raise UnreadableFileError("labels", f"no column of this name among {len(names)}", describe(wanted))
+    return found
 
 
 def string_labels(labels: Sequence[str]) -> NDArray[Any]:
@@ -108,6 +119,23 @@ def string_labels(labels: Sequence[str]) -> NDArray[Any]:
 
 def find_columns(names: Sequence[str], labels: str | None = None) -> Columns:
     """Pick the coordinate and normal columns of a table by name, and the labels as `find_label` does."""
+    places = _places(names)
+    missing = [name for name in _XYZ if name not in places]
+    if missing:
+        raise UnreadableFileError(
+            "header",
+            f"no column named {', '.join(missing)} among {len(names)}; name the coordinates x, y, z",
+        )
+    wanted = _XYZ + _NORMAL if places.keys() >= set(_NORMAL) else _XYZ
+    indices = [places[name] for name in wanted]
+    used = tuple(names[i].strip()[:40] for i in indices)
+    label = find_label(names, labels)
+    label_name = None if label is None else names[label].strip()[:40]
+    return Columns(used, tuple(indices[:3]), tuple(indices[3:]), label, label_name)
+
+
+def _places(names: Sequence[str]) -> dict[str, int]:
+    """Where x, y, z, nx, ny and nz stand, those that are there; each once at most."""
     places: dict[str, list[int]] = {}
     for index, name in enumerate(names):
         meaning = canonical(name)
@@ -116,20 +144,7 @@ def find_columns(names: Sequence[str], labels: str | None = None) -> Columns:
     for meaning, found in places.items():
         if len(found) > 1:
             raise UnreadableFileError("header", f"{len(found)} columns are named {meaning}; keep one of them")
-    missing = [name for name in "xyz" if name not in places]
-    if missing:
-        raise UnreadableFileError(
-            "header",
-            f"no column named {', '.join(missing)} among {len(names)}; name the coordinates x, y, z",
-        )
-    wanted = ["x", "y", "z"]
-    if all(name in places for name in ("nx", "ny", "nz")):
-        wanted += ["nx", "ny", "nz"]
-    indices = [places[name][0] for name in wanted]
-    used = tuple(names[i].strip()[:40] for i in indices)
-    label = find_label(names, labels)
-    label_name = None if label is None else names[label].strip()[:40]
-    return Columns(used, tuple(indices[:3]), tuple(indices[3:]), label, label_name)
+    return {meaning: index for meaning, (index,) in places.items()}
 
 
 def count_columns(width: int) -> Columns:

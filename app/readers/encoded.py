@@ -38,23 +38,32 @@ def decode(
         raise InvalidPointsError(
             f"{field}.dtype", f"dtype must be one of {', '.join(dtypes)}", describe(dtype)
         )
-    if (
-        not isinstance(shape, list)
-        or not all(type(side) is int and side >= 0 for side in shape)
-        or (len(shape), *shape[1:]) != ((1,) if width is None else (2, width))
-    ):
+    if not _has_shape(shape, width):
         expected = "[N]" if width is None else f"[N, {width}]"
         raise InvalidPointsError(f"{field}.shape", f"shape must be {expected}", describe(shape))
     limits.check_points(shape[0], field)
     n_bytes = math.prod(shape) * np.dtype(dtype).itemsize
+    decoded = _bytes(text, n_bytes, f"{field}.base64")
+    return np.frombuffer(decoded, np.dtype(dtype).newbyteorder("<")).reshape(shape)
+
+
+def _has_shape(shape: object, width: int | None) -> bool:
+    """Whether it is [N], or [N, width]."""
+    if not isinstance(shape, list) or not all(type(side) is int and side >= 0 for side in shape):
+        return False
+    return (len(shape), *shape[1:]) == ((1,) if width is None else (2, width))
+
+
+def _bytes(text: object, n_bytes: int, field: str) -> bytes:
+    """So many bytes from their text."""
     n_letters = 4 * -(-n_bytes // 3)
     if not isinstance(text, str) or len(text) != n_letters:
         message = f"{n_bytes} bytes are {n_letters} characters of base64"
-        raise InvalidPointsError(f"{field}.base64", message, describe(text))
+        raise InvalidPointsError(field, message, describe(text))
     try:
         decoded = a2b_base64(text, strict_mode=True)
     except (Error, ValueError):
         decoded = b""
     if len(decoded) != n_bytes:
-        raise InvalidPointsError(f"{field}.base64", "not base64 (RFC 4648, section 4), or wrongly padded")
-    return np.frombuffer(decoded, np.dtype(dtype).newbyteorder("<")).reshape(shape)
+        raise InvalidPointsError(field, "not base64 (RFC 4648, section 4), or wrongly padded")
+    return decoded

@@ -5,7 +5,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Format:
-    """A format: its name in the receipt of an answer, what is read of it, and how its files are labelled."""
+    """A format that clouds are read from.
+
+    Attributes
+    ----------
+    name : as `receipt.format` has it
+    how : what is read of it
+    extensions, media_types : how its files are labelled
+    """
 
     name: str
     how: str

@@ -76,15 +76,7 @@ def _chunks(data: memoryview) -> tuple[dict[str, Any], memoryview]:
         raise UnreadableFileError(
             "header", f"a GLB file that announces {length} bytes, {len(data)} are there"
         )
-    chunks: list[tuple[int, memoryview]] = []
-    start = 12
-    while start < length and len(chunks) < 2:
-        size, kind = struct.unpack_from("<II", data, start) if start + 8 <= length else (length, 0)
-        start += 8 + size
-        if start > length:
-            raise UnreadableFileError("file", f"chunk {len(chunks)} of the GLB file is longer than the file")
-        chunks.append((kind, data[start - size : start]))
-    (kind, text), *rest = chunks
+    (kind, text), *rest = _cut(data)
     if kind != _JSON:
         raise UnreadableFileError("file", "the first chunk of the GLB file is not JSON")
     if len(text) > _JSON_LIMIT:
@@ -96,6 +88,19 @@ def _chunks(data: memoryview) -> tuple[dict[str, Any], memoryview]:
     if not isinstance(document, dict):
         raise UnreadableFileError("file", "the JSON of the GLB file must be an object", describe(document))
     return document, next((chunk for kind, chunk in rest if kind == _BIN), memoryview(b""))
+
+
+def _cut(data: memoryview) -> list[tuple[int, memoryview]]:
+    """The first two chunks by their kind, or the only one."""
+    chunks: list[tuple[int, memoryview]] = []
+    start = 12
+    while start < len(data) and len(chunks) < 2:
+        size, kind = struct.unpack_from("<II", data, start) if start + 8 <= len(data) else (len(data), 0)
+        start += 8 + size
+        if start > len(data):
+            raise UnreadableFileError("file", f"chunk {len(chunks)} of the GLB file is longer than the file")
+        chunks.append((kind, data[start - size : start]))
+    return chunks
 
 
 @dataclass(frozen=True)
@@ -154,13 +159,8 @@ class _Asset:
 
     def vectors(self, place: str, index: int) -> Array:
         """The vectors (N, 3) of an accessor that lies inside the buffer of the file."""
-        accessor = self._item("accessors", index, place)
         name = f"accessors[{index}]"
-        dtype = np.dtype(_TYPES.get(str(accessor.get("componentType")), "V"))
-        if accessor.get("type") != "VEC3" or dtype.kind == "V":
-            raise UnreadableFileError(name, "positions and normals must be VEC3 of floats or short integers")
-        if "bufferView" not in accessor or "sparse" in accessor:
-            raise UnreadableFileError(name, "the accessor is sparse or compressed, which is not read")
+        accessor, dtype = self._accessor(place, index, name)
         view = self._item("bufferViews", accessor["bufferView"], name)
         view_name = f"bufferViews[{accessor['bufferView']}]"
         self._check_buffer(view, view_name)
@@ -178,6 +178,16 @@ class _Asset:
         if dtype.kind == "f" or accessor.get("normalized") is not True:
             return vectors
         return np.maximum(vectors / np.iinfo(dtype).max, -1.0)
+
+    def _accessor(self, place: str, index: int, name: str) -> tuple[dict[str, Any], np.dtype[Any]]:
+        """An accessor of vectors, and the type of their numbers."""
+        accessor = self._item("accessors", index, place)
+        dtype = np.dtype(_TYPES.get(str(accessor.get("componentType")), "V"))
+        if accessor.get("type") != "VEC3" or dtype.kind == "V":
+            raise UnreadableFileError(name, "positions and normals must be VEC3 of floats or short integers")
+        if "bufferView" not in accessor or "sparse" in accessor:
+            raise UnreadableFileError(name, "the accessor is sparse or compressed, which is not read")
+        return accessor, dtype
 
     def _check_buffer(self, view: dict[str, Any], name: str) -> None:
         buffer = self._item("buffers", view.get("buffer"), name)

@@ -34,16 +34,7 @@ def read_json(data: memoryview, limits: Limits = UNLIMITED, labels: str | None =
     # A shorter body has not enough characters for more values than are allowed.
     if limits.json_points is not None and len(body) > limits.json_points:
         _check_size(body, limits.json_points)
-    document = _parse(body)
-    if not isinstance(document, dict):
-        raise UnreadableFileError("body", 'the body must be an object {"points": [...]}', describe(document))
-    unknown = [name for name in document if name not in _FIELDS]
-    if unknown:
-        allowed = f"unknown field; allowed are {', '.join(_FIELDS)}"
-        errors = [FieldError(name[:40], allowed) for name in unknown]
-        raise UnreadableFileError("body", f"fields that are not known: {len(unknown)}", errors=errors)
-    if "points" not in document:
-        raise UnreadableFileError("points", "points is missing", "missing")
+    document = _fields(_parse(body))
     options = {} if document.get("options") is None else document["options"]
     if not isinstance(options, dict):
         raise UnreadableFileError("options", "options must be an object", describe(options))
@@ -55,6 +46,20 @@ def read_json(data: memoryview, limits: Limits = UNLIMITED, labels: str | None =
     label = None if find_label(("labels",) if found is not None else (), labels) is None else "labels"
     found = None if label is None else found
     return Cloud(points, columns, normals, "json", options, **beside, labels=found, label_column=label)
+
+
+def _fields(document: object) -> dict[str, Any]:
+    """The fields of a request, all of them known and the points among them."""
+    if not isinstance(document, dict):
+        raise UnreadableFileError("body", 'the body must be an object {"points": [...]}', describe(document))
+    unknown = [name for name in document if name not in _FIELDS]
+    if unknown:
+        allowed = f"unknown field; allowed are {', '.join(_FIELDS)}"
+        errors = [FieldError(name[:40], allowed) for name in unknown]
+        raise UnreadableFileError("body", f"fields that are not known: {len(unknown)}", errors=errors)
+    if "points" not in document:
+        raise UnreadableFileError("points", "points is missing", "missing")
+    return document
 
 
 def _beside(document: dict[str, Any], n_points: int, limits: Limits) -> dict[str, Any]:

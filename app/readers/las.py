@@ -5,6 +5,7 @@ Points are decoded piece by piece, so that a count costs nothing until its point
 
 import io
 import logging
+from typing import Any
 
 import numpy as np
 
@@ -42,19 +43,25 @@ def _decode(data: memoryview, header: LasHeader, labels: str | None) -> Cloud:
         dimensions = reader.header.point_format.dimensions
         names = [dimension.name if dimension.num_elements == 1 else "" for dimension in dimensions]
         columns = find_columns(names, labels)
-        wanted = [*columns.used, *([] if columns.label is None else [columns.label])]
-        parts: dict[int, list[np.ndarray]] = {i: [] for i in wanted}
-        n_read = 0
-        for piece in reader.chunk_iterator(_PIECE):
-            n_read += len(piece)
-            for i in wanted:
-                # X is a whole number of steps; x is in the unit of the file.
-                name = names[i].lower() if i in columns.points else names[i]
-                with np.errstate(over="ignore"):  # infinite coordinates are refused with all others
-                    parts[i].append(np.array(piece[name]))
+        wanted = {i: names[i] for i in columns.wanted}
+        # X is a whole number of steps; x is in the unit of the file.
+        wanted |= {i: names[i].lower() for i in columns.points}
+        n_read, values = _values(reader, wanted)
     if n_read != header.n_points:
         raise UnreadableFileError(
             "file", f"the header announces {header.n_points} points, {n_read} are there"
         )
     format = "laz" if header.compressed else "las"
-    return build_from(columns, lambda i: np.concatenate(parts[i] or [np.empty(0)]), format)
+    return build_from(columns, values.__getitem__, format)
+
+
+def _values(reader: Any, wanted: dict[int, str]) -> tuple[int, dict[int, np.ndarray]]:
+    """How many points are there, and their dimensions of these names."""
+    parts: dict[int, list[np.ndarray]] = {i: [] for i in wanted}
+    n_read = 0
+    for piece in reader.chunk_iterator(_PIECE):
+        n_read += len(piece)
+        with np.errstate(over="ignore"):  # infinite coordinates are refused with all others
+            for i, name in wanted.items():
+                parts[i].append(np.array(piece[name]))
+    return n_read, {i: np.concatenate(pieces or [np.empty(0)]) for i, pieces in parts.items()}

@@ -57,20 +57,27 @@ def read_header(data: memoryview) -> LasHeader:
         )
     if not all(map(math.isfinite, rest)) or not all(rest[:3]):
         raise UnreadableFileError("header", "a scale or offset of the LAS header is NaN, infinite or 0")
-    if (kind := format & _FORMAT_BITS) >= len(_POINT_SIZES) or point_size < _POINT_SIZES[kind]:
-        raise UnreadableFileError("header", "the LAS point format is not known, or its points are too short")
+    _check_format(format & _FORMAT_BITS, point_size)
     end = len(data)
     if minor >= 3 and encoding & _WAVEFORMS_INSIDE:
         end = _end_before(end, start, *_WAVEFORMS.unpack(data[227:235]))
     if minor >= 4:
-        first, n_large, n_all = _LARGE.unpack(data[235:255])
-        if n_points not in (0, n_all):
-            raise UnreadableFileError("header", "the two numbers of points in the LAS header differ")
-        n_points = n_all
-        if n_large:
-            end = _end_before(end, start, first)
+        end, n_points = _large(data, start, end, n_points)
     records = _records(data[size:start], n_records)
     return LasHeader(start, end, n_points, point_size, bool(format & _COMPRESSED), records)
+
+
+def _check_format(format: int, point_size: int) -> None:
+    if format >= len(_POINT_SIZES) or point_size < _POINT_SIZES[format]:
+        raise UnreadableFileError("header", "the LAS point format is not known, or its points are too short")
+
+
+def _large(data: memoryview, start: int, end: int, n_points: int) -> tuple[int, int]:
+    """Where the points end, and how many they are, by the fields that version 1.4 has for large files."""
+    first, n_large, n_all = _LARGE.unpack(data[235:255])
+    if n_points not in (0, n_all):
+        raise UnreadableFileError("header", "the two numbers of points in the LAS header differ")
+    return (_end_before(end, start, first) if n_large else end), n_all
 
 
 def _end_before(end: int, start: int, next_start: int) -> int:

@@ -23,6 +23,19 @@ _BYTES = 14  # extra bytes, in a layer each
 
 def check_chunks(data: memoryview, header: LasHeader) -> None:
     """Raise where the number of points, of chunks, or the size of a layer cannot be true."""
+    compressor, chunk_size, items = _compression(header)
+    place, n_chunks = _table(data, header)
+    check_bytes(n_chunks * header.point_size, place - header.start, n_chunks)
+    if chunk_size != _ANY_SIZE and n_chunks != -(-header.n_points // chunk_size):
+        message = f"{header.n_points} points do not fill {n_chunks} chunks of {chunk_size}"
+        raise UnreadableFileError("file", message)
+    if compressor == _LAYERED:
+        n_layers = sum(size if kind == _BYTES else _LAYERS.get(kind, 0) for kind, size in items)
+        _check_layers(data[:place], header, n_chunks, n_layers)
+
+
+def _compression(header: LasHeader) -> tuple[int, int, list[tuple[int, int]]]:
+    """How the points are compressed, how many in a chunk, and the items of each by kind and size."""
     record = header.records.get(_LASZIP, memoryview(b""))
     if len(record) < _HEADER.size:
         raise UnreadableFileError("header", "the LAZ file does not say how its points are compressed")
@@ -33,14 +46,7 @@ def check_chunks(data: memoryview, header: LasHeader) -> None:
     if sum(size for _, size in items) != header.point_size or not chunk_size:
         message = "the compressed points of the LAZ file are not of the size announced"
         raise UnreadableFileError("header", message)
-    place, n_chunks = _table(data, header)
-    check_bytes(n_chunks * header.point_size, place - header.start, n_chunks)
-    if chunk_size != _ANY_SIZE and n_chunks != -(-header.n_points // chunk_size):
-        message = f"{header.n_points} points do not fill {n_chunks} chunks of {chunk_size}"
-        raise UnreadableFileError("file", message)
-    if compressor == _LAYERED:
-        n_layers = sum(size if kind == _BYTES else _LAYERS.get(kind, 0) for kind, size in items)
-        _check_layers(data[:place], header, n_chunks, n_layers)
+    return compressor, chunk_size, items
 
 
 def _table(data: memoryview, header: LasHeader) -> tuple[int, int]:

@@ -46,7 +46,7 @@ def _check_directory(data: memoryview) -> int:
     before = len(data) - _END.size
     if bytes(data[max(before - 20, 0) :][:4]) == _ZIP64_MARK:
         raise UnreadableFileError("file", "a ZIP archive with a ZIP64 directory; NPZ files need none")
-    if disk or first_disk or comment or n_here != n_members or offset + size != before:
+    if (disk, first_disk, comment, n_here) != (0, 0, 0, n_members) or offset + size != before:
         raise UnreadableFileError("file", "the directory of the ZIP archive does not agree with its bytes")
     if n_members > _MEMBER_LIMIT or size > _DIRECTORY_LIMIT:
         limit = f"at most {_MEMBER_LIMIT} in a directory of 64 KiB are read"
@@ -61,18 +61,22 @@ def _members(archive: ZipFile, n_members: int, there: int, limits: Limits) -> di
         raise UnreadableFileError("file", "the members of the ZIP archive do not agree with its bytes")
     arrays = [info for info in infos if info.filename.endswith(".npy")]
     for info in arrays:
-        if info.flag_bits & _ENCRYPTED:
-            raise UnreadableFileError("file", "the ZIP archive is encrypted")
-        if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
-            raise UnreadableFileError("file", "the ZIP archive is packed by another method than NumPy's")
-        limits.check_unpacked(info.file_size)
-        stored = info.compress_type == ZIP_STORED
-        if info.file_size > info.compress_size * (1 if stored else _DEFLATE_RATIO):
-            raise UnreadableFileError("file", "a member of the ZIP archive announces more than it can hold")
+        _check_member(info, limits)
     members = {info.filename.removesuffix(".npy"): info for info in arrays}
     if len(members) != len(arrays):
         raise UnreadableFileError("file", "two members of the ZIP archive have the same name")
     return members
+
+
+def _check_member(info: ZipInfo, limits: Limits) -> None:
+    if info.flag_bits & _ENCRYPTED:
+        raise UnreadableFileError("file", "the ZIP archive is encrypted")
+    if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
+        raise UnreadableFileError("file", "the ZIP archive is packed by another method than NumPy's")
+    limits.check_unpacked(info.file_size)
+    stored = info.compress_type == ZIP_STORED
+    if info.file_size > info.compress_size * (1 if stored else _DEFLATE_RATIO):
+        raise UnreadableFileError("file", "a member of the ZIP archive announces more than it can hold")
 
 
 def _read(archive: ZipFile, members: dict[str, ZipInfo], limits: Limits, labels: str | None) -> Cloud:

@@ -159,23 +159,30 @@ def _header(data: memoryview) -> tuple[str, list[_Element], int]:
     elements: list[_Element] = []
     for number, line in enumerate(head[:end].decode("latin-1").splitlines(), 1):
         try:
-            match line.split():
-                case ["format", name, _]:
-                    order = _ORDERS[name]
-                case ["element", name, count] if count.isdecimal() and len(count) < 16:
-                    elements.append(_Element(name, int(count), []))
-                case ["property", "list", length, kind, name]:
-                    elements[-1].properties.append(_Property(name, _TYPES[kind], _INTEGERS[length]))
-                case ["property", kind, name]:
-                    elements[-1].properties.append(_Property(name, _TYPES[kind]))
-                case [] | ["ply"] | ["comment", *_] | ["obj_info", *_]:
-                    pass
-                case _:
-                    raise KeyError
+            told = _header_line(line.split(), elements)
         except (KeyError, IndexError) as error:
             raise UnreadableFileError(
                 "header", f"line {number} of the PLY header is not understood"
             ) from error
+        order = order if told is None else told
     if order is None:
         raise UnreadableFileError("header", "the PLY header has no format line")
     return order, elements, newline + 1
+
+
+def _header_line(words: list[str], elements: list[_Element]) -> str | None:
+    """Add what a line tells of the elements; the order of the bytes, if it tells that."""
+    match words:
+        case ["format", name, _]:
+            return _ORDERS[name]
+        case ["element", name, count] if count.isdecimal() and len(count) < 16:
+            elements.append(_Element(name, int(count), []))
+        case ["property", "list", length, kind, name]:
+            elements[-1].properties.append(_Property(name, _TYPES[kind], _INTEGERS[length]))
+        case ["property", kind, name]:
+            elements[-1].properties.append(_Property(name, _TYPES[kind]))
+        case [] | ["ply"] | ["comment", *_] | ["obj_info", *_]:
+            pass
+        case _:
+            raise KeyError
+    return None

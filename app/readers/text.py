@@ -83,41 +83,52 @@ def _labels(cells: list[str]) -> NDArray[Any]:
 
 def _look(text: bytes, labels: str | None) -> _Layout:
     """Delimiter, header and columns from the first lines."""
-    start = text if len(text) <= _HEAD else text[: text.rfind(b"\n", 0, _HEAD)]
-    head = decoded(start)
-    sample = _sample(head)
-    if not sample:
-        where = "file holds" if start is text else "first MiB holds"
-        raise InvalidPointsError("file", f"the {where} no points")
-    if re.match(r"(?i)(ncols|nrows)\s", sample[0][1]):
-        raise UnreadableFileError("file", "an ESRI grid of heights is not a list of points; export it as XYZ")
+    whole = len(text) <= _HEAD
+    head = decoded(text if whole else text[: text.rfind(b"\n", 0, _HEAD)])
+    sample = _sample(head, whole)
     announced = _announced(sample)
     if announced is not None:
         del sample[0]
     delimiter = _delimiter([line for _, line in sample])
-    first_cells = _cells(sample[0][1], delimiter)
-    has_header = not any(is_number(cell) for cell in first_cells)
-    if has_header and len(sample) == 1:
-        raise InvalidPointsError("file", "the file holds no rows of numbers")
-    first_line, first = sample[1] if has_header else sample[0]
+    names = _header(sample, delimiter)
+    first_line, first = sample[0 if names is None else 1]
     width = len(_cells(first, delimiter))
-    names = first_cells if has_header else _commented_header(_last_comment(head), delimiter, width)
+    if names is None:
+        names = _commented_header(_last_comment(head), delimiter, width)
     if names is None:
         _refuse_decimal_comma_pairs([line for _, line in sample], delimiter)
-        return _Layout(delimiter, first_line, width, _count_columns(width, labels), announced)
-    if len(names) != width:
+        columns = _count_columns(width, labels)
+    elif len(names) != width:
         raise UnreadableFileError(
             "header", f"the header names {len(names)} columns, line {first_line} holds {width}"
         )
-    return _Layout(delimiter, first_line, width, find_columns(names, labels), announced)
+    else:
+        columns = find_columns(names, labels)
+    return _Layout(delimiter, first_line, width, columns, announced)
 
 
-def _sample(head: str) -> list[tuple[int, str]]:
-    """Line number and text of the first rows, without comments."""
-    return [
+def _sample(head: str, whole: bool) -> list[tuple[int, str]]:
+    """Line number and text of the first rows, without comments; `whole` says that `head` is all there is."""
+    sample = [
         (1 + head.count("\n", 0, row.start()), _COMMENT.split(row[0], maxsplit=1)[0].strip())
         for row in islice(_ROW.finditer(head), _SAMPLE)
     ]
+    if not sample:
+        where = "file holds" if whole else "first MiB holds"
+        raise InvalidPointsError("file", f"the {where} no points")
+    if re.match(r"(?i)(ncols|nrows)\s", sample[0][1]):
+        raise UnreadableFileError("file", "an ESRI grid of heights is not a list of points; export it as XYZ")
+    return sample
+
+
+def _header(sample: list[tuple[int, str]], delimiter: str | None) -> list[str] | None:
+    """The names in the first row; None where it holds numbers."""
+    cells = _cells(sample[0][1], delimiter)
+    if any(is_number(cell) for cell in cells):
+        return None
+    if len(sample) == 1:
+        raise InvalidPointsError("file", "the file holds no rows of numbers")
+    return cells
 
 
 def _last_comment(head: str) -> str:
@@ -148,14 +159,22 @@ def _delimiter(lines: list[str]) -> str | None:
     body = lines[1:] or lines
     for delimiter in (";", "\t"):
         if all(delimiter in line for line in body):
-            if any(_DECIMAL_COMMA.fullmatch(cell) for line in body for cell in _cells(line, delimiter)):
-                raise _decimal_comma(delimiter)
-            return delimiter
-    for line in body:
-        cells = line.split()
-        if len(cells) >= 2 and all(_DECIMAL_COMMA.fullmatch(cell) for cell in cells):
-            raise _decimal_comma(None)
+            return _checked(delimiter, body)
+    if any(len(cells) >= 2 and _n_decimal_commas(cells) == len(cells) for cells in map(str.split, body)):
+        raise _decimal_comma(None)
     return "," if any("," in line for line in body) else None
+
+
+def _checked(delimiter: str, body: list[str]) -> str:
+    """The delimiter, unless numbers between it use a decimal comma."""
+    if any(_n_decimal_commas(_cells(line, delimiter)) for line in body):
+        raise _decimal_comma(delimiter)
+    return delimiter
+
+
+def _n_decimal_commas(cells: list[str]) -> int:
+    """How many cells are numbers with a decimal comma."""
+    return sum(_DECIMAL_COMMA.fullmatch(cell) is not None for cell in cells)
 
 
 def _decimal_comma(delimiter: str | None) -> UnreadableFileError:

@@ -19,11 +19,12 @@ from ..wire.schemas import Capabilities, FitAnswer, Live, Ready, Versions
 from ..workers import jobs
 from ..workers.batch_jobs import OpenJob
 from ..workers.pool import WorkerPool
-from . import metrics, openapi
+from . import metrics, openapi, operations
 from .batch_stream import Batch, Lines, scratch_file
 from .body import received
 from .capabilities import capabilities
 from .guard import Guard
+from .media_types import MEDIA_TYPES, WHAT_IS_READ
 from .observe import Observer
 from .request_id import RequestId
 from .settings import Settings, load
@@ -91,7 +92,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         app.state.pool.stop()
 
 
-@router.post("/fit", operation_id="fit", summary="Fit a cloud", response_model=FitAnswer, **openapi.FIT)
+@router.post("/fit", operation_id="fit", summary="Fit a cloud", response_model=FitAnswer, **operations.FIT)
 async def fit(request: Request) -> Response:
     """Say which primitive a cloud is, with its parameters, its error, and every kind that was tried."""
     return await _fitted(request, export=False)
@@ -102,7 +103,7 @@ async def fit(request: Request) -> Response:
     operation_id="fit_export",
     summary="Fit a cloud, and export what was found",
     response_class=Zip,
-    **openapi.FIT_EXPORT,
+    **operations.FIT_EXPORT,
 )
 async def fit_export(request: Request) -> Response:
     """Fit a cloud, and hand out the trimmed primitive, residuals, a report and the answer in a ZIP."""
@@ -131,7 +132,7 @@ async def _fitted(request: Request, export: bool) -> Response:
     operation_id="fit_batch",
     summary="Fit many clouds",
     response_class=Lines,
-    **openapi.FIT_BATCH,
+    **operations.FIT_BATCH,
 )
 async def fit_batch(request: Request) -> Response:
     """Fit many clouds, and the segments of clouds whose points have labels; the answers come line by line."""
@@ -157,13 +158,15 @@ async def fit_batch(request: Request) -> Response:
     return Lines(batch.lines(), kept, settings.send_timeout)
 
 
-@router.get("/livez", operation_id="livez", summary="Is it alive?", response_model=Live, **openapi.GET)
+@router.get("/livez", operation_id="livez", summary="Is it alive?", response_model=Live, **operations.GET)
 async def livez() -> Live:
     """The process answers."""
     return Live(status="alive")
 
 
-@router.get("/readyz", operation_id="readyz", summary="Is it ready?", response_model=Ready, **openapi.READYZ)
+@router.get(
+    "/readyz", operation_id="readyz", summary="Is it ready?", response_model=Ready, **operations.READYZ
+)
 async def readyz(request: Request) -> Ready:
     """Workers are warm and the weights are loaded: clouds can be sent."""
     if request.app.state.stopping:
@@ -174,7 +177,9 @@ async def readyz(request: Request) -> Ready:
     return Ready(status="ready", workers=n_warm)
 
 
-@router.get("/version", operation_id="version", summary="What is it?", response_model=Versions, **openapi.GET)
+@router.get(
+    "/version", operation_id="version", summary="What is it?", response_model=Versions, **operations.GET
+)
 async def version(request: Request) -> Versions:
     """Versions that decide the numbers; `weights` is null until the workers are warm."""
     return _versions(request)
@@ -185,7 +190,7 @@ async def version(request: Request) -> Versions:
     operation_id="capabilities",
     summary="What can it do?",
     response_model=Capabilities,
-    **openapi.GET,
+    **operations.GET,
 )
 def what_it_can_do(request: Request) -> Capabilities:
     """Kinds, classifiers, criteria, formats, options and limits of this service."""
@@ -197,7 +202,7 @@ def what_it_can_do(request: Request) -> Capabilities:
     operation_id="metrics",
     summary="How is it used?",
     response_class=PlainTextResponse,
-    **openapi.METRICS,
+    **operations.METRICS,
 )
 async def read_metrics(request: Request) -> Response:
     """Counters and histograms in the text format of Prometheus."""
@@ -218,8 +223,8 @@ def _media_type(request: Request) -> str:
     media_type = (
         request.headers.get("content-type", "application/octet-stream").partition(";")[0].strip().lower()
     )
-    if media_type not in openapi.MEDIA_TYPES:
-        raise UnsupportedMediaTypeError(openapi.WHAT_IS_READ)
+    if media_type not in MEDIA_TYPES:
+        raise UnsupportedMediaTypeError(WHAT_IS_READ)
     return media_type
 
 

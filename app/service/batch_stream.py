@@ -22,8 +22,8 @@ from ..wire.multipart import Part
 from ..wire.problems import ServiceError, problem
 from ..workers.batch_jobs import CutFile, FileJob, Found, Opened, SegmentJob, Stretch, too_many_segments
 from ..workers.jobs import Reply
+from .media_types import NDJSON
 from .metrics import Metrics
-from .openapi import NDJSON
 from .ordered import in_order
 from .settings import Settings
 
@@ -86,19 +86,18 @@ class Batch:
             number = 0
             async for part, scratch, read in reads:
                 number += 1
-                name = base_name(part.filename)
-                file_id = ids.of_file(name, number)
+                whole = Item.of_file(base_name(part.filename), number, ids)
                 if isinstance(read, CutFile) and len(read.labels) - 1 > left:
                     read = self._problem(too_many_segments(len(read.labels), left + 1))
                 if not isinstance(read, CutFile):
                     scratch.close()
-                    yield partial(_at_hand, (Item(file_id, name, None), read, None))
+                    yield partial(_at_hand, (whole, read, None))
                     continue
                 left -= len(read.labels) - 1
                 for i, label in enumerate(read.labels):
-                    item = Item(ids.of_segment(file_id, label), name, label)
                     job = SegmentJob(self.request_id, read.stored, *read.bounds[i : i + 2])
-                    yield partial(self._fit, item, job, scratch if i == len(read.labels) - 1 else None)
+                    done_with = scratch if i == len(read.labels) - 1 else None
+                    yield partial(self._fit, whole.segment(label, ids), job, done_with)
 
     async def _reads(self) -> AsyncGenerator[Callable[[], Awaitable[tuple[Part, Scratch, Any]]], None]:
         for part in self.opened.files:

@@ -4,21 +4,14 @@ import re
 from dataclasses import asdict
 from functools import cache
 from importlib.metadata import PackageNotFoundError, metadata, requires, version
-from typing import Any, get_args
+from typing import Any
+
+from primfit.fitting.names import CRITERIA, KINDS
+from primfit.models.names import CLASSIFIERS
 
 from ..exports import FORMATS as ARTIFACTS
 from ..readers import CODINGS, FORMATS
-from ..wire.schemas import (
-    Capabilities,
-    ClassifierName,
-    CriterionName,
-    FitOptions,
-    InputFormat,
-    KindName,
-    OptionRange,
-    ServiceLimits,
-    Versions,
-)
+from ..wire.schemas import Capabilities, FitOptions, InputFormat, OptionRange, ServiceLimits, Versions
 from .settings import Settings
 
 _EXTRA = re.compile(r"""(?P<package>[\w.-]+).*extra *== *["'](?P<extra>[\w-]+)["']""")
@@ -28,9 +21,9 @@ _FOR_DEVELOPERS = "dev"
 def capabilities(settings: Settings, versions: Versions) -> Capabilities:
     """What this service can do."""
     return Capabilities(
-        kinds=list(get_args(KindName.__value__)),
-        classifiers=list(get_args(ClassifierName.__value__)),
-        criteria=list(get_args(CriterionName.__value__)),
+        kinds=list(KINDS),
+        classifiers=list(CLASSIFIERS),  # type: ignore[arg-type]
+        criteria=list(CRITERIA),
         formats=[InputFormat.model_validate(asdict(format)) for format in FORMATS],
         artifacts=list(ARTIFACTS),
         content_encodings=list(CODINGS),

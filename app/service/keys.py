@@ -27,20 +27,11 @@ class Keys:
         OSError
             The file cannot be read.
         """
-        places = [(f"api_keys[{index}]", text) for index, text in enumerate(given)]
-        if file is not None:
-            lines = enumerate(file.read_text(encoding="utf-8").splitlines(), 1)
-            places += [(f"{file}, line {number}", line.strip()) for number, line in lines]
         digests: dict[str, bytes] = {}
-        for place, text in places:
+        for place, text in _places(given, file):
             if not text or text.startswith("#"):
                 continue
-            found = _FORM.fullmatch(text)
-            if found is None:
-                raise ValueError(
-                    f"{place}: KEY or NAME:KEY is needed, the KEY of 16 to 200 letters, digits or ._~+/-, "
-                    "the NAME of at most 40 letters, digits or ._-"
-                )
+            found = _matched(place, text)
             name, digest = found["name"] or f"key{len(digests) + 1}", _digest(found["key"])
             if name in digests or digest in digests.values():
                 raise ValueError(f"{place}: the name or the key is there already")
@@ -59,6 +50,25 @@ class Keys:
             if hmac.compare_digest(offered, digest):
                 owner = name
         return owner
+
+
+def _places(given: Iterable[str], file: Path | None) -> list[tuple[str, str]]:
+    """Where each text stands, and the text."""
+    places = [(f"api_keys[{index}]", text) for index, text in enumerate(given)]
+    if file is not None:
+        lines = enumerate(file.read_text(encoding="utf-8").splitlines(), 1)
+        places += [(f"{file}, line {number}", line.strip()) for number, line in lines]
+    return places
+
+
+def _matched(place: str, text: str) -> re.Match[str]:
+    found = _FORM.fullmatch(text)
+    if found is None:
+        raise ValueError(
+            f"{place}: KEY or NAME:KEY is needed, the KEY of 16 to 200 letters, digits or ._~+/-, "
+            "the NAME of at most 40 letters, digits or ._-"
+        )
+    return found
 
 
 def _digest(key: str) -> bytes:

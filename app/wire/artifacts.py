@@ -1,5 +1,6 @@
 """Artefacts as a request asks for them: in the query, apart from the options of the fit."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 from primfit.fitting.errors import InvalidOptionError
@@ -21,11 +22,15 @@ def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]]
         No artefact is named, one or a unit is unknown, or a value is out of range or given twice.
     """
     rest = [(name, value) for name, value in query if name not in NAMES]
-    given: dict[str, list[str]] = {}
-    for name, value in query:
-        if name in NAMES:
-            given.setdefault(name, []).append(value)
-    formats = [format for value in given.pop("artifacts", []) for format in value.split(",")]
+    formats = [format for name, value in query if name == "artifacts" for format in value.split(",")]
+    beside = [(name, value) for name, value in query if name in NAMES[1:]]
+    errors = [*_wrong_formats(formats), *_repeated(beside)]
+    if errors:
+        raise InvalidOptionsError(errors)
+    return rest, Wanted(tuple(dict.fromkeys(formats)), _options(dict(beside)))
+
+
+def _wrong_formats(formats: list[str]) -> list[FieldError]:
     errors = [
         FieldError(f"artifacts[{i}]", f"unknown artefact; allowed are {', '.join(FORMATS)}", describe(format))
         for i, format in enumerate(formats)
@@ -33,10 +38,12 @@ def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]]
     ]
     if not formats:
         errors.append(FieldError("artifacts", f"is missing; name some of {', '.join(FORMATS)}"))
-    errors += [FieldError(name, "given more than once") for name, values in given.items() if len(values) > 1]
-    if errors:
-        raise InvalidOptionsError(errors)
-    return rest, Wanted(tuple(dict.fromkeys(formats)), _options({n: v[0] for n, v in given.items()}))
+    return errors
+
+
+def _repeated(given: list[tuple[str, str]]) -> list[FieldError]:
+    counts = Counter(name for name, _ in given)
+    return [FieldError(name, "given more than once") for name in counts if counts[name] > 1]
 
 
 def _options(given: dict[str, str]) -> ExportOptions:

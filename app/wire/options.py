@@ -32,21 +32,8 @@ def check_options(
     InvalidOptionsError
         Options are unknown, of the wrong type, out of range, or given twice.
     """
-    query: dict[str, Any] = {}
-    errors: list[FieldError] = []
-    for name, value in in_query:
-        if name == "kinds":
-            query.setdefault(name, []).append(value)
-        elif name in OBJECTS:
-            errors.append(FieldError(name, "an object does not fit into a query; give it in JSON"))
-        elif name in query:
-            errors.append(FieldError(name, "given more than once"))
-        else:
-            query[name] = value
-    places = Counter(name for given in (query, *in_objects) for name in given)
-    errors += [
-        FieldError(f"options.{name}", "given in two places; keep one") for name in places if places[name] > 1
-    ]
+    query, errors = _from_query(in_query)
+    errors += _given_twice(query, *in_objects)
     checked: dict[str, Any] = {}
     for prefix, given, strict in (("", query, False), *(("options", given, True) for given in in_objects)):
         if not given:
@@ -58,6 +45,29 @@ def check_options(
     if errors:
         raise InvalidOptionsError(errors)
     return checked
+
+
+def _from_query(pairs: Sequence[tuple[str, str]]) -> tuple[dict[str, Any], list[FieldError]]:
+    """The values by name, and what cannot stand in a query."""
+    query: dict[str, Any] = {}
+    errors: list[FieldError] = []
+    for name, value in pairs:
+        if name == "kinds":
+            query.setdefault(name, []).append(value)
+        elif name in OBJECTS:
+            errors.append(FieldError(name, "an object does not fit into a query; give it in JSON"))
+        elif name in query:
+            errors.append(FieldError(name, "given more than once"))
+        else:
+            query[name] = value
+    return query, errors
+
+
+def _given_twice(*places: Mapping[str, Any]) -> list[FieldError]:
+    counts = Counter(name for given in places for name in given)
+    return [
+        FieldError(f"options.{name}", "given in two places; keep one") for name in counts if counts[name] > 1
+    ]
 
 
 def parse_options(text: bytes | memoryview) -> dict[str, Any]:

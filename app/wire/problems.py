@@ -6,7 +6,7 @@ which are numbers.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, get_args
+from typing import Any
 
 import orjson
 from pydantic import ValidationError
@@ -15,9 +15,10 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
+from primfit.fitting import names
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
-from ..exports.patch import NothingToExportError
+from ..exports.fitted import NothingToExportError
 from ..readers.errors import (
     SHOWN,
     FieldError,
@@ -27,7 +28,6 @@ from ..readers.errors import (
     describe,
 )
 from ..readers.packed import CODINGS
-from .schemas import KindName
 
 MEDIA_TYPE = "application/problem+json"
 # What pydantic says in terms of Python, or with the input in it.
@@ -36,7 +36,7 @@ _WORDS = {
     "model_type": "an object is needed",
     "model_attributes_type": "an object is needed",
     "union_tag_not_found": "kind is missing",
-    "union_tag_invalid": f"kind is unknown; allowed are {', '.join(get_args(KindName.__value__))}",
+    "union_tag_invalid": f"kind is unknown; allowed are {', '.join(names.KINDS)}",
 }
 # By the names that pydantic has for limits.
 _OUT_OF_RANGE = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}

@@ -126,20 +126,24 @@ class OpenJob:
     def work(self) -> Opened:
         """Which files there are, with options that hold for all of them."""
         body = self._unpacked()
-        parts = [Part("file", None, 0, len(body))]
-        if self.media_type == "multipart/form-data":
-            parts = find_parts(body, self.content_type, PARTS, self.most_files)
-        elif not body:
-            raise UnreadableFileError("body", "the body is empty", "empty")
+        parts = self._parts(body)
         files = [part for part in parts if part.name == "file"]
         if not files:
             raise UnreadableFileError("file", "part file is missing", "missing")
         beside = {part.name: bytes(body[part.start : part.stop]) for part in parts if part.name != "file"}
-        labels = _labels([value for name, value in self.query if name == "labels"], beside.get("labels"))
-        query = [(name, value) for name, value in self.query if name != "labels"]
+        labels = _labels(self.query, beside.get("labels"))
+        query = [pair for pair in self.query if pair[0] != "labels"]
         options = Options(query, parse_options(beside["options"]) if "options" in beside else {})
         config_of(**check_options(options.query, options.beside))
         return Opened(files, self.coding is not None, labels, options)
+
+    def _parts(self, body: bytes | memoryview) -> list[Part]:
+        """Those of the body; without a form it is one file."""
+        if self.media_type == "multipart/form-data":
+            return find_parts(body, self.content_type, PARTS, self.most_files)
+        if not body:
+            raise UnreadableFileError("body", "the body is empty", "empty")
+        return [Part("file", None, 0, len(body))]
 
     def _unpacked(self) -> bytes | memoryview:
         """The body; if it came packed, what it holds is written to the file `unpacked`, too."""
@@ -152,8 +156,9 @@ class OpenJob:
         return held
 
 
-def _labels(in_query: list[str], in_part: bytes | None) -> str | None:
+def _labels(query: list[tuple[str, str]], in_part: bytes | None) -> str | None:
     """The name of the column of labels; an empty one asks for none."""
+    in_query = [value for name, value in query if name == "labels"]
     given = [*in_query, *([] if in_part is None else [in_part.decode("utf-8", "replace")])]
     if len(given) > 1:
         raise InvalidOptionsError([FieldError("labels", "given more than once")])
@@ -194,10 +199,9 @@ class FileJob:
     def _store(self, cloud: Cloud, cut: Cut, options: Mapping[str, Any], scratch: BinaryIO) -> CutFile:
         if len(cut.labels) > self.most_segments:
             raise too_many_segments(len(cut.labels), self.most_segments)
-        arrays = per_point(cloud)
-        for _, rows in cut:
-            scratch.write(np.column_stack([values[rows] for values in arrays.values()]).data)
-        columns = {name: values[:1].size for name, values in arrays.items()}
+        for _, _, segment in cut:
+            scratch.write(np.column_stack(list(per_point(segment).values())).data)
+        columns = {name: values[:1].size for name, values in per_point(cloud).items()}
         stored = Stored(self.scratch, columns, part(cloud, cut.rows[:0]), options)
         return CutFile(cut.labels, cut.bounds, stored)
 

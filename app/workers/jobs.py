@@ -11,8 +11,8 @@ import numpy as np
 
 from primfit.fitting.answer.result import Recognition
 
-from ..engine.answer import answer, receipt, to_json, versions
-from ..engine.fit import fit, fit_cloud
+from ..engine.answer import answered, receipt, to_json, versions
+from ..engine.fit import fit
 from ..exports import Fitted, bundle
 from ..readers import Cloud, Limits, UnreadableFileError, read, read_json, read_unpacked, unpack
 from ..service import logs
@@ -119,8 +119,7 @@ def _fit(job: FitJob) -> Reply:
 def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any], dict[str, Any]]:
     """What was recognised, the answer, and what the log and the metrics say of it."""
     started = perf_counter()
-    recognition = fit_cloud(cloud, options)
-    content = answer(recognition, cloud, options)
+    recognition, content = answered(cloud, options)
     primitive = content["primitive"]
     return (
         recognition,

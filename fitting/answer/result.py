@@ -23,9 +23,12 @@ Outcome = Literal["accepted", "refused", "failed"]
 class Attempt:
     """One kind that was tried: what it reached and why it was accepted, refused, or failed.
 
-    `evidence` is the natural logarithm of its probability over that of the best kind: 0 for that, negative
-    for the others but those refused by themselves or equal within the tolerance; None where it was not
-    weighed.
+    Attributes
+    ----------
+    probability : what the classifier gave it; None where it was not asked
+    evidence : natural logarithm of the kind's probability over that of the best kind: 0 for that one,
+        negative for the others, but for those refused by themselves or equal within `tolerance`; None if the
+        kind was not weighed
     """
 
     kind: str
@@ -53,7 +56,16 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Alternative:
-    """Another kind that explains an ambiguous cloud; `evidence` as in its attempt."""
+    """Another kind that explains an ambiguous cloud, too.
+
+    Attributes
+    ----------
+    extents : where it begins and ends; None if its points span no surface
+    uncertainty : how well its parameters are known
+    evidence : natural logarithm of its probability over that of the best kind, as in its attempt: 0 for that
+        one, negative for the others, but for those refused by themselves or equal within `tolerance`; None if
+        the kind was not weighed
+    """
 
     primitive: Primitive
     error: ErrorSummary
@@ -76,13 +88,20 @@ class Alternative:
 class Recognition:
     """The answer for one cloud; `print` shows it in words and aligned numbers.
 
-    `primitive` is the accepted one; with status `ambiguous` the first of several (the rest stand in
-    `alternatives`), with `no_fit` the best try, and None only if every attempt failed.
-    `uncertainty` says how well it is known; None with `no_fit`, and under a criterion of extreme points.
-    `active_constraints` says how each constraint acts on it, by name: `{"radius": "at its upper bound 5.0"}`,
-    or `"not applicable: a plane has no radius"`.
-    `extents` says where `primitive` begins and ends; None without one, or where its points span no surface.
-    `inliers` says which points belong to it; None without one.
+    Attributes
+    ----------
+    status : `fitted`; `ambiguous`: `alternatives` explain the cloud as well; `no_fit`: nothing is good enough
+    primitive : the accepted one; the first of several of an `ambiguous` cloud, the best try with `no_fit`,
+        and None only if every attempt failed
+    alternatives : the other kinds that explain an `ambiguous` cloud, the likelier first: of each its
+        parameters, error, extents, uncertainty and evidence
+    attempts : every kind that was tried, in order
+    active_constraints : how each constraint acts on `primitive`, by its name: `at its upper bound 5.0`, or
+        `not applicable: a plane has no radius` where its kind has no such parameter
+    extents : where `primitive` begins and ends; None without one, or if its points span no surface
+    uncertainty : how well `primitive` is known; None with `no_fit`, and with `minimum_zone`,
+        `minimum_circumscribed` and `maximum_inscribed`
+    inliers : which points belong to `primitive`; None without one
     """
 
     status: Status

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ErrorSummary:
-    """Orthogonal distances of all points, in the unit of the input; the share is that of all of them, too.
+    """Orthogonal distances of all points to the primitive, in the unit of the input.
 
     Attributes
     ----------
     rms, mean, p95, max : of the absolute distances
-    zone : largest less smallest signed distance: the width of the zone between two offsets of the surface
-        that holds all points. Flatness, sphericity, cylindricity under the criterion that was asked for
+    zone : largest less smallest signed distance, the form error: the width of the zone between two offsets of
+        the surface that holds all points. Flatness, sphericity, cylindricity under the criterion asked for
     relative_mean : mean over the bounding-box diagonal (the SHREC 2022 track's mean fitting error)
     inlier_rms : rms of the points not rejected as outliers
     inlier_share : share of the points not rejected as outliers
@@ -29,7 +29,13 @@ class ErrorSummary:
 
 @dataclass(frozen=True)
 class Deviation:
-    """A deviation that neighbouring points share [length]: its rms, and the distance over which it holds."""
+    """A deviation that neighbouring points share, in the unit of the input.
+
+    Attributes
+    ----------
+    size : rms of the deviation
+    range : distance over which points share it
+    """
 
     size: float
     range: float
@@ -37,7 +43,9 @@ class Deviation:
 
 @dataclass(frozen=True)
 class NoiseSummary:
-    """How the points that were judged scatter about a primitive: a mixture of three. Lengths in input units.
+    """How the points that were judged scatter about a primitive, in the unit of the input.
+
+    Some lie exactly on it, most with noise, some anywhere.
 
     Attributes
     ----------

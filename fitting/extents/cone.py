@@ -16,17 +16,22 @@ from .values import Extents, Length, Place, arc_in_words
 
 @dataclass(frozen=True, eq=False)
 class ConeExtents(Extents):
-    """Where a cone begins and ends.
+    """The piece of a cone between two heights from the apex and two angles.
 
     Attributes
     ----------
-    start_height, end_height : from the apex along the axis; the start is the end nearer to the apex
-    start_radius, end_radius : of the circles there
-    start, end : (3,) their centres
-    apex_inside : the surface reaches the apex; then `start_height` and `start_radius` are 0
+    start_height : along the axis from the apex to the nearer end
+    end_height : along the axis from the apex to the farther end
+    start_radius : of the circle at the nearer end
+    end_radius : of the circle at the farther end
+    start : (3,) centre of the nearer end, on the axis
+    end : (3,) centre of the farther end, on the axis
+    apex_inside : the surface reaches the apex, which is the start then; `start_height` and `start_radius`
+        are 0
     reference_direction : (3,) unit vector across the axis at which angles are 0; they grow from it towards
         axis x reference_direction
-    start_angle, span : the arc, from `start_angle` in [0, 2 pi) on
+    start_angle : where the arc begins, radians in [0, 2 pi)
+    span : of the arc from there on, radians up to 2 pi
     full_turn : the arc is the whole circle; then it starts at 0
     """
 

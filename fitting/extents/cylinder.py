@@ -14,15 +14,17 @@ from .values import Extents, Length, Place, arc_in_words
 
 @dataclass(frozen=True, eq=False)
 class CylinderExtents(Extents):
-    """Where a cylinder begins and ends.
+    """The piece of a cylinder between two heights and two angles.
 
     Attributes
     ----------
-    start, end : (3,) end points of the axis, in its direction
-    length : between them
+    start : (3,) end point of the axis
+    end : (3,) end point of the axis, in its direction from the start
+    length : between the end points
     reference_direction : (3,) unit vector across the axis at which angles are 0; they grow from it towards
         axis x reference_direction
-    start_angle, span : the arc, from `start_angle` in [0, 2 pi) on
+    start_angle : where the arc begins, radians in [0, 2 pi)
+    span : of the arc from there on, radians up to 2 pi
     full_turn : the arc is the whole circle; then it starts at 0
     """
 

@@ -29,18 +29,22 @@ OCTAGON = np.stack([np.cos(np.arange(8) * np.pi / 4.0), np.sin(np.arange(8) * np
 
 @dataclass(frozen=True, eq=False)
 class PlaneExtents(Extents):
-    """The bounded plane; `area` and `coverage` are those of the convex outline.
+    """The outlines of the points on a plane, and the rectangle of least area about them.
+
+    `area` and `coverage` are those of the convex outline.
 
     Attributes
     ----------
     outline : (K, 3) corners of the convex outline, counter-clockwise about the normal
     concave_outline : the pieces that points fill, the largest first; of each the outer ring (K, 3),
-        counter-clockwise about the normal, then the rings of its holes, clockwise. The convex outline alone
-        where the points fill that
-    concave_area : inside it, without the holes
+        counter-clockwise about the normal, then the rings of its holes, clockwise; at most 1000 corners. The
+        convex outline alone where the points fill that
+    concave_area : inside the concave outline, without the holes
     center : (3,) of the rectangle of least area about the outline
-    length, width : of that rectangle; the length is the longer
-    length_direction, width_direction : (3,) unit vectors along its sides
+    length : of the longer side of the rectangle
+    width : of the shorter side
+    length_direction : (3,) unit vector along its longer side
+    width_direction : (3,) unit vector along its shorter side
     """
 
     kind: ClassVar[str] = "plane"

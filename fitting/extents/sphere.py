@@ -48,18 +48,19 @@ SPREAD = _spread()
 
 @dataclass(frozen=True, eq=False)
 class SphereExtents(Extents):
-    """A spherical cap, or a zone: a cap without a smaller one about its pole.
+    """The smallest cap about the points on a sphere; of a zone without a smaller one about its pole.
 
     Attributes
     ----------
     axis : (3,) unit vector from the centre to the middle of the cap; z of a full sphere
-    half_angle : between the axis and the rim, as seen from the centre, in (0, pi]; over pi / 2 the cap is
-        more than a hemisphere, and pi is the full sphere
-    start_half_angle : of a zone, between the axis and its inner rim, the smaller opening; 0 of a cap
+    half_angle : between the axis and the rim, as seen from the centre, radians in (0, pi]; over pi / 2 the
+        cap is more than a hemisphere, and pi is the full sphere
+    start_half_angle : of a zone, between the axis and its inner rim, the smaller opening, radians; 0 of a cap
     full_sphere : no part larger than chance explains is without points
     height : of the cap or zone along its axis
     rim_center, rim_radius : of the circle that ends it
-    start_rim_center, start_rim_radius : of the circle where a zone begins; the pole of a cap, and 0
+    start_rim_center : (3,) of the circle where a zone begins; the pole of a cap
+    start_rim_radius : of the circle where a zone begins; 0 of a cap
     """
 
     kind: ClassVar[str] = "sphere"

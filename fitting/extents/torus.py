@@ -16,16 +16,18 @@ from .values import Extents, arc_in_words
 
 @dataclass(frozen=True, eq=False)
 class TorusExtents(Extents):
-    """The sweep of a torus.
+    """The piece of a torus between two angles about the axis and two around the tube.
 
     Attributes
     ----------
     reference_direction : (3,) unit vector across the axis at which angles about it are 0; they grow from it
         towards axis x reference_direction
-    start_angle, span : the arc about the axis, from `start_angle` in [0, 2 pi) on
+    start_angle : where the arc about the axis begins, radians in [0, 2 pi)
+    span : of that arc from there on, radians up to 2 pi
     full_turn : that arc is the whole circle; then it starts at 0
-    tube_start_angle, tube_span : the arc around the tube. Its angles are 0 where the tube is farthest from
-        the axis, and grow towards the side that the axis points to
+    tube_start_angle : where the arc around the tube begins, radians in [0, 2 pi): 0 where the tube is
+        farthest from the axis, growing to the side that the axis points to
+    tube_span : of that arc from there on, radians up to 2 pi
     tube_full_turn : that arc is the whole circle; never with a major radius below the minor one
     """
 

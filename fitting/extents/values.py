@@ -37,12 +37,12 @@ Places = Annotated[tuple[tuple[Array, ...], ...], _places]
 
 @dataclass(frozen=True, eq=False)
 class Extents:
-    """What the extents of all kinds have in common.
+    """What the extents of all kinds have in common; `fitting.extents.spread.coverage` counts the coverage.
 
     Attributes
     ----------
     area : of the trimmed surface
-    coverage : share of that area near which there are points; see `fitting.extents.spread.coverage`
+    coverage : share of that area near which there are points
     """
 
     kind: ClassVar[str]

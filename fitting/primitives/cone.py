@@ -44,7 +44,14 @@ BEGIN = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Cone(Primitive):
-    """One nappe of a cone; `axis` points from `apex` into it, `half_angle` [rad] in (0, pi/2)."""
+    """One nappe of a circular cone; signed distances are positive outside.
+
+    Attributes
+    ----------
+    apex : (3,)
+    axis : (3,) unit vector from the apex into the nappe that holds the points
+    half_angle : radians, between 0 and pi/2
+    """
 
     apex: Array
     axis: Array

@@ -31,7 +31,13 @@ PLANE_LIKE = 5.0
 
 @dataclass(frozen=True, eq=False)
 class Cylinder(Primitive):
-    """An infinite cylinder about the line through `point` along the unit `axis`; positive outside."""
+    """An endless circular cylinder; signed distances are positive outside.
+
+    Attributes
+    ----------
+    axis : (3,) unit vector
+    point : (3,) on the axis; in an answer the one closest to the centroid of the cloud
+    """
 
     axis: Array
     point: Array

@@ -17,7 +17,13 @@ RANDOM_PLANES = 24
 
 @dataclass(frozen=True, eq=False)
 class Plane(Primitive):
-    """A plane through `point` with unit `normal`; positive on the side the normal points to."""
+    """A plane; signed distances are positive on the side that the normal points to.
+
+    Attributes
+    ----------
+    normal : (3,) unit vector
+    point : (3,) on the plane; in an answer the one closest to the centroid of the cloud
+    """
 
     normal: Array
     point: Array

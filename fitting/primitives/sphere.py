@@ -21,7 +21,12 @@ RANDOM_SPHERES = 24
 
 @dataclass(frozen=True, eq=False)
 class Sphere(Primitive):
-    """A sphere; positive outside."""
+    """A sphere; signed distances are positive outside.
+
+    Attributes
+    ----------
+    center : (3,)
+    """
 
     center: Array
     radius: float

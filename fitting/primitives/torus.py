@@ -52,10 +52,20 @@ LEAST_CURVATURE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Torus(Primitive):
-    """A torus; positive outside the tube.
+    """A circular torus; signed distances are positive outside the tube.
 
-    With `major_radius` below `minor_radius` it is a spindle torus, of which the outer sheet counts
-    (`surface` gives the inner one, too).
+    With `major_radius` below `minor_radius` it is a spindle torus, of which the outer sheet counts.
+
+    Attributes
+    ----------
+    center : (3,)
+    axis : (3,) unit vector
+    major_radius : of the circle in the middle of the tube
+    minor_radius : of the tube
+
+    Notes
+    -----
+    Of a spindle torus `surface` gives the inner sheet, too.
     """
 
     center: Array

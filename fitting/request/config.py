@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InvalidOptionError
-from ..names import CRITERIA, KINDS, Criterion
+from ..names import CRITERIA, CRITERION, KINDS, SEED, Criterion
 from ..primitives import PRIMITIVES, parameters, parameters_of
 from ..primitives.primitive import Primitive
 from .constraints import UNCONSTRAINED, Constraints
@@ -53,10 +53,10 @@ class Config:
     """
 
     kinds: tuple[str, ...] = KINDS
-    criterion: Criterion = "robust"
+    criterion: Criterion = CRITERION
     max_error: float | None = None
     tolerance: float | None = None
-    seed: int = 0
+    seed: int = SEED
     constraints: Constraints = UNCONSTRAINED
     initial_guess: Primitive | None = None
 

@@ -53,7 +53,9 @@ class Direction:
 
 @dataclass(frozen=True)
 class Constraints:
-    """Constraints in input units and radians; one that cannot be meant raises `InvalidOptionError`.
+    """What is known of the primitive, in the unit of the input and in radians.
+
+    Each acts on the kinds that have a parameter of its name, and leaves the others free.
 
     Attributes
     ----------
@@ -64,7 +66,12 @@ class Constraints:
     normal : of a plane
     center : of a sphere or torus
     apex : of a cone
-    point : that the axis of a cylinder, or a plane, passes through
+    point : that a plane, or the axis of a cylinder, passes through
+
+    Raises
+    ------
+    InvalidOptionError
+        One that cannot be meant.
     """
 
     radius: Range | None = None

@@ -13,14 +13,15 @@ Method = Literal["linear", "profile", "held", "bound"]
 
 @dataclass(frozen=True)
 class Interval:
-    """Of 95 %, for one number; an end is None where the points do not bound it.
+    """A 95 % interval of one number, in the unit of the input or in radians.
 
     Attributes
     ----------
+    low, high : None where the points do not bound it
     standard_deviation : by linearisation
-    method : `linear`: symmetric; `profile`: how far a number may go before the cost rises as much, the others
-        following; `held`: by constraints; `bound`: a constraint is active, and the interval reaches from it
-        as far as the points would let it go (one-sided)
+    method : `linear`: symmetric; `profile`: how far a number may go, the others following, before the points
+        object: before the cost rises as much; `held`: by constraints; `bound`: a constraint is active, and
+        the interval reaches from it as far as the points would let it go (one-sided)
     """
 
     low: float | None
@@ -31,7 +32,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Spread:
-    """Of a direction [rad], or of a position across it [length].
+    """How far off a direction (radians), or a position across it (length), may be.
 
     Attributes
     ----------
@@ -45,9 +46,12 @@ class Spread:
 
 @dataclass(frozen=True)
 class CorrelatedNoise:
-    """Noise that neighbours share: the correlation is `share` times  exp(-(h / length)^power)  at distance h.
+    """Noise that neighbours share: its correlation at distance h is `share` times exp(-(h / length)^power).
 
-    `effective_points` is how many points with independent noise would tell as much.
+    Attributes
+    ----------
+    share : of the variance; the rest is each point's own
+    effective_points : points with independent noise that would tell as much
     """
 
     length: float
@@ -58,7 +62,7 @@ class CorrelatedNoise:
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """How well an answer is known, in input units and radians.
+    """How well the numbers of the primitive are known, in the unit of the input and in radians.
 
     Attributes
     ----------
@@ -66,12 +70,12 @@ class Uncertainty:
         `independent` or `correlated`; `unknown` where no points are left to estimate it from
     correlation : None unless the noise is correlated
     parameters : names of the numbers, vectors by component
-    covariance : (P, P) of those; singular, as a direction has length 1 and a `point` is the one closest to
-        the centroid. None where the noise is unknown
+    covariance : (P, P) of `parameters`; singular, as a direction has length 1 and a `point` is the one
+        closest to the centroid. None where the noise is unknown
     intervals : of numbers and coordinates, by name; a direction has `direction` instead
     direction : of the axis or normal
     position : of the axis of a cylinder, or of a plane, across it at its `point`
-    warnings : in words
+    warnings : what to beware of, in words
     """
 
     noise_model: NoiseModelName

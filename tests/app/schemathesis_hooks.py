@@ -8,7 +8,7 @@ import numpy as np
 import schemathesis
 from hypothesis import strategies as st
 
-from primfit.app.service.openapi import RAW_TYPES
+from primfit.app.service.media_types import RAW_TYPES
 from primfit.app.wire.options import OBJECTS
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.sphere import Sphere

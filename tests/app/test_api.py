@@ -16,7 +16,7 @@ import zstandard
 from primfit.app.engine.answer import answer, to_json
 from primfit.app.engine.fit import fit
 from primfit.app.readers import read
-from primfit.app.service.openapi import MEDIA_TYPES
+from primfit.app.service.media_types import MEDIA_TYPES
 from primfit.app.wire.schemas import FitAnswer, KindName, Problem
 from primfit.fitting.names import KINDS
 

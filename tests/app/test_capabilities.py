@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from primfit.app.exports import FORMATS as ARTIFACTS
 from primfit.app.readers import FORMATS
-from primfit.app.service.openapi import MEDIA_TYPES
+from primfit.app.service.media_types import MEDIA_TYPES
 from primfit.app.wire.schemas import Capabilities, FitOptions
 from primfit.fitting.names import KINDS, Criterion
 from primfit.models import CLASSIFIERS

@@ -12,9 +12,10 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner, Result
 
-from primfit.app.cli import commands as cli
-from primfit.app.cli.commands import BADNESS, EXIT, Kind, app
+from primfit.app.cli.commands import app
+from primfit.app.cli.options import Kind
 from primfit.app.cli.render import render
+from primfit.app.cli.status import BADNESS, EXIT
 from primfit.app.wire import schemas
 from primfit.fitting.names import CRITERIA, KINDS
 from primfit.fitting.primitives.cylinder import Cylinder
@@ -82,7 +83,7 @@ def test_options_arrive(clouds: Path) -> None:
 
 def test_criteria_have_one_set_of_names() -> None:
     names = set(CRITERIA)
-    assert set(FINISHERS) == set(get_args(cli.CriterionName)) == names
+    assert set(FINISHERS) == names
     assert set(get_args(schemas.CriterionName.__value__)) == names
 
 
@@ -123,7 +124,7 @@ def test_a_failure_of_ours_costs_one_file_only(clouds: Path, monkeypatch: pytest
     def broken(*args: object, **options: object) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("primfit.app.cli.files.fit_cloud", broken)
+    monkeypatch.setattr("primfit.app.cli.files.answered", broken)
     result = run("fit", "--json", clouds / "cylinder.csv", clouds / "words.txt")
     assert "cylinder.csv: internal error, please report it: ZeroDivisionError" in result.stderr
     assert "words.txt: " in result.stderr
@@ -188,7 +189,7 @@ def _text(body: dict[str, object]) -> str:
 def test_help_imports_neither_numpy_nor_the_service() -> None:
     script = (
         "import sys\n"
-        "from app.cli.commands import app\n"
+        "from primfit.app.cli.commands import app\n"
         "try:\n    app(['--help'])\n"
         "except SystemExit: pass\n"
         "heavy = {'numpy', 'scipy', 'sklearn', 'fastapi', 'torch'} & set(sys.modules)\n"

@@ -144,7 +144,7 @@ def test_the_command_line_passes_everything_on():
     assert shown.exit_code == 0 and "primfit bench run --full --peers" in shown.output
     shown = CliRunner().invoke(cli.app, ["bench", "run", "--help"])
     assert all(name in shown.output for name in (*CASE_SETS, "scikit-spatial"))
-    assert CliRunner().invoke(cli.app, ["bench", "run", "--n", "0"]).exit_code == cli.BAD_INPUT
+    assert CliRunner().invoke(cli.app, ["bench", "run", "--n", "0"]).exit_code == BAD_INPUT
 
 
 def test_seeds_that_the_classifiers_learnt_from_are_known():

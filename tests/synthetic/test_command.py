@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from primfit.app.cli import commands as cli
+from primfit.app.cli.status import BAD_INPUT
 from primfit.benchmark.track import TrackError, TrackFolder, shrec22_cases
 from primfit.synthetic import RECIPES, clouds, picture
 from primfit.synthetic.command import UnknownRecipeError, synth
@@ -64,14 +65,14 @@ def test_without_matplotlib_nothing_is_written_and_the_message_helps(tmp_path, m
     out = tmp_path / "clouds"
     arguments = ["synth", "benchmark", "--n", "2", "--out", str(out)]
     result = CliRunner().invoke(cli.app, arguments)
-    assert result.exit_code == cli.BAD_INPUT
+    assert result.exit_code == BAD_INPUT
     assert "needs matplotlib: pip install" in result.stderr
     assert not out.exists()
     assert CliRunner().invoke(cli.app, [*arguments, "--no-picture"]).exit_code == 0
 
 
 def test_unknown_recipes_are_refused(tmp_path):
-    assert CliRunner().invoke(cli.app, ["synth", "cube", "--out", str(tmp_path)]).exit_code == cli.BAD_INPUT
+    assert CliRunner().invoke(cli.app, ["synth", "cube", "--out", str(tmp_path)]).exit_code == BAD_INPUT
     with pytest.raises(UnknownRecipeError, match="benchmark, scanner"):
         synth("cube", tmp_path)
 

@@ -12,22 +12,18 @@ from primfit.fitting.plain import worded
 from primfit.fitting.primitives import SIZES
 
 from ..colors import color_limit
-from ..fitted import Fitted
+from ..drawing import DRAWINGS
+from ..fitted import Fitted, NothingToExportError
 from ..options import ExportOptions
-from ..patch import NothingToExportError
 from . import tables
 from .histogram import histogram
 from .markup import Markup, element, joined, table
 from .numbers import known_to, short
-from .scene import SHOWN_POINTS, Scene, patch_in
+from .scene import SHOWN_POINTS, Scene, shape_in
 from .unrolled import unrolled_map
 from .views import views
 
 _STYLE = Path(__file__).with_name("style.css")
-_SIGNS = {
-    "plane": "on the side that the normal points to",
-    "torus": "outside the tube",
-}
 _SAID = {"fitted": "fitted", "ambiguous": "ambiguous", "no_fit": "no fit"}
 
 
@@ -72,13 +68,11 @@ def _fit_parts(fitted: Fitted, unit: str) -> Iterator[Markup]:
         items = (element("li", warning.message) for warning in recognition.uncertainty.warnings)
         yield element("ul", *items, class_="warnings")
     yield _views(fitted, limit, unit)
-    patch = patch_in(fitted)
-    if patch is not None:
+    if shape_in(fitted) is not None:
         told = "Of the inliers: each of them, or means of cells where they are many. Grey is where none are."
-        figure = element("figure", unrolled_map(fitted, patch, limit, unit))
+        figure = element("figure", unrolled_map(fitted, limit, unit))
         yield _section("Residuals on the unrolled surface", told, figure)
-    side = _SIGNS.get(fitted.primitive.kind, "on the outer side")
-    told = f"Signed distances of the inliers: positive {side}."
+    told = f"Signed distances of the inliers: positive {DRAWINGS[fitted.primitive.kind].POSITIVE}."
     yield _section("Residuals", told, element("figure", histogram(inliers, limit, unit)))
     told = (
         "Peak to valley of the inliers: the width of the zone between two offsets of the reference feature "
@@ -177,7 +171,7 @@ def _views(fitted: Fitted, limit: float, unit: str) -> Markup:
     elif fitted.recognition.extents is None:
         told += f" without the {fitted.primitive.kind}: they do not say where it ends. z points up."
     else:
-        up = "normal" if fitted.primitive.kind == "plane" else "axis"
-        told += f" and the {fitted.primitive.kind}, trimmed to where they are. Its {up} is upright."
+        kind = fitted.primitive.kind
+        told += f" and the {kind}, trimmed to where they are. Its {DRAWINGS[kind].UPRIGHT} is upright."
     figures = element("div", views(Scene.of(fitted), limit, unit), class_="views")
     return _section("The points", told, figures)

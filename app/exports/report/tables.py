@@ -34,14 +34,7 @@ def parameters_table(primitive: Primitive, known: Uncertainty | None, unit: str)
     """Each number with its interval of 95 % where it is known."""
     rows: list[tuple[object, ...]] = []
     for name, value in zip(names_of(primitive.kind), values_of(primitive).tolist(), strict=True):
-        interval = known.intervals.get(name) if known else None
-        deviation = interval.standard_deviation if interval else None
-        if interval is None:
-            deviation, told = _direction(name, known)
-        elif interval.method == "held":
-            told = "held by a constraint"
-        else:
-            told = between(interval.low, interval.high, interval.standard_deviation)
+        deviation, told = _known(name, known)
         length = is_length(name)
         of = unit if length else "rad" if name == "half_angle" else ""
         rows.append((worded(name), cell(known_to(value, deviation)), of, told))
@@ -51,6 +44,16 @@ def parameters_table(primitive: Primitive, known: Uncertainty | None, unit: str)
     if known is None:
         return table((row[:-1] for row in rows), ("", column("value"), ""))
     return table(rows, ("", column("value"), "", "95 % interval"))
+
+
+def _known(name: str, known: Uncertainty | None) -> tuple[float | None, str]:
+    """The standard deviation of a number where it is known, and its interval in words."""
+    interval = known.intervals.get(name) if known else None
+    if interval is None:
+        return _direction(name, known)
+    if interval.method == "held":
+        return interval.standard_deviation, "held by a constraint"
+    return interval.standard_deviation, between(interval.low, interval.high, interval.standard_deviation)
 
 
 def _direction(name: str, known: Uncertainty | None) -> tuple[float | None, str]:
@@ -76,27 +79,32 @@ def _extent(name: str, value: Any, unit: str, size: float) -> Iterator[tuple[obj
     """Rows for a field; places in six digits of the size, however far from the origin they are."""
     if name == "kind":
         return
+    if isinstance(value, list):
+        yield from _several(name, value, unit, size)
+    elif isinstance(value, bool):
+        yield worded(name), cell("yes" if value else "no"), ""
+    elif name == "coverage":
+        yield "of which near points", cell(f"{value:.0%}"), ""
+    elif name.endswith("area"):
+        yield worded(name), cell(short(value)), f"{unit}\u00b2"
+    elif "angle" in name or name.endswith("span"):
+        yield worded(name), cell(f"{math.degrees(value):.6g}"), "degrees"
+    else:
+        yield worded(name), cell(f"{value:.6g}"), unit
+
+
+def _several(name: str, value: list[Any], unit: str, size: float) -> Iterator[tuple[object, ...]]:
+    """Rows for a direction, a place, or an outline, of which there are many."""
     if name == "outline":
         yield "outline", cell(f"{len(value)} corners"), ""
     elif name == "concave_outline":
         pieces, holes = len(value), sum(len(rings) - 1 for rings in value)
         yield "concave outline", cell(f"pieces {pieces}, holes {holes}"), ""
-    elif name == "coverage":
-        yield "of which near points", cell(f"{value:.0%}"), ""
-    elif name.endswith("area"):
-        yield worded(name), cell(short(value)), f"{unit}\u00b2"
-    elif isinstance(value, bool):
-        yield worded(name), cell("yes" if value else "no"), ""
-    elif isinstance(value, list):
-        if "direction" in name or name == "axis":
-            yield worded(name), cell(", ".join(f"{number:.6g}" for number in value)), ""
-        else:
-            for axis, number in zip("xyz", value, strict=True):
-                yield worded(f"{name}.{axis}"), cell(known_to(number, 1e-4 * size)), unit
-    elif "angle" in name or name.endswith("span"):
-        yield worded(name), cell(f"{math.degrees(value):.6g}"), "degrees"
+    elif "direction" in name or name == "axis":
+        yield worded(name), cell(", ".join(f"{number:.6g}" for number in value)), ""
     else:
-        yield worded(name), cell(f"{value:.6g}"), unit
+        for axis, number in zip("xyz", value, strict=True):
+            yield worded(f"{name}.{axis}"), cell(known_to(number, 1e-4 * size)), unit
 
 
 def error_table(recognition: Recognition, unit: str) -> Markup:

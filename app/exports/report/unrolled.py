@@ -1,19 +1,13 @@
 """The residuals on the unrolled surface: along u and v of the kind, as mean values of cells or as points."""
 
-from dataclasses import dataclass, replace
-from typing import Self
-
 import numpy as np
 
-from primfit.fitting.extents.plane import PlaneExtents
-from primfit.fitting.geometry.vectors import Array, around_axis, cross
-from primfit.fitting.primitives.cylinder import Cylinder
-from primfit.fitting.primitives.sphere import Sphere
-from primfit.fitting.primitives.torus import Torus
+from primfit.fitting.geometry.vectors import Array
 
 from ..colors import SATURATED
+from ..drawing import DRAWINGS
+from ..drawing.unrolled import Unrolled
 from ..fitted import Fitted
-from ..patch import Patch, Pieces
 from .markup import Markup, element, joined
 from .scene import SHOWN_POINTS
 from .svg import color_bar, colored, dot_size, dots, picture, text, ticks
@@ -22,74 +16,14 @@ LEFT, RIGHT, TOP, BOTTOM = 900, 200, 160, 1000
 WIDTH, HIGHEST, NARROWEST = 10000, 4600, 200
 MOST_CELLS, POINTS_A_CELL = 2600, 4.0
 DOT = 34
-BOTH, NEITHER = (True, True), (False, False)
 
 
-@dataclass(frozen=True, eq=False)
-class Unrolled:
-    """Points on the unrolled surface.
-
-    Attributes
-    ----------
-    across, along : (N,) coordinates; lengths or degrees
-    names : what they are, with the unit
-    lengths : which of them are
-
-    A cap of no more than a hemisphere is laid flat with true distances from its middle.
-    """
-
-    across: Array
-    along: Array
-    names: tuple[str, str]
-    lengths: tuple[bool, bool]
-
-    @classmethod
-    def of(cls, fitted: Fitted, patch: Patch | Pieces, points: Array, unit: str) -> Self:
-        extents = fitted.recognition.extents
-        if isinstance(extents, PlaneExtents):
-            relative = points - extents.center
-            names = (f"along the length [{unit}]", f"along the width [{unit}]")
-            return cls(relative @ extents.length_direction, relative @ extents.width_direction, names, BOTH)
-        assert isinstance(patch, Patch)
-        radial, rho, height = around_axis(points, patch.origin, patch.axis)
-        beyond = cross(patch.axis, patch.reference)
-        middle = float(np.mean(patch.u))
-        angle = _about(np.arctan2(radial @ beyond, radial @ patch.reference), middle)
-        degrees = np.degrees(angle)
-        match patch.primitive:
-            case Cylinder(radius=radius):
-                names = (f"around the axis, as length [{unit}]", f"along the axis [{unit}]")
-                return cls(radius * (angle - patch.u[0]), height - patch.v[0], names, BOTH)
-            case Sphere(radius=radius) if patch.v[0] >= 0.0:
-                away = radius * (np.pi / 2.0 - np.arctan2(height, rho))
-                name = f"from the middle of the cap [{unit}]"
-                return cls(away * np.cos(angle), away * np.sin(angle), (name, name), BOTH)
-            case Sphere():
-                names = ("around the axis of the cap [degrees]", "above its equator [degrees]")
-                return cls(degrees, np.degrees(np.arctan2(height, rho)), names, NEITHER)
-            case Torus(major_radius=major):
-                tube = _about(np.arctan2(height, rho - major), float(np.mean(patch.v)))
-                names = ("around the axis [degrees]", "around the tube [degrees]")
-                return cls(degrees, np.degrees(tube), names, NEITHER)
-        return cls(degrees, height, ("around the axis [degrees]", f"from the apex [{unit}]"), (False, True))
-
-    def lying(self) -> Self:
-        """The same with the longer side across, where both are lengths."""
-        if not all(self.lengths) or np.ptp(self.along) <= np.ptp(self.across):
-            return self
-        return replace(self, across=self.along, along=self.across, names=self.names[::-1])
-
-
-def _about(angle: Array, middle: float) -> Array:
-    """Angles within half a turn of the middle."""
-    return (angle - middle + np.pi) % (2.0 * np.pi) - np.pi + middle
-
-
-def unrolled_map(fitted: Fitted, patch: Patch | Pieces, limit: float, unit: str) -> Markup:
+def unrolled_map(fitted: Fitted, limit: float, unit: str) -> Markup:
     """The residuals of the inliers, with axes and the colours: points where they are few, else cells."""
     inlier = fitted.residuals.inlier
     points, distance = fitted.points[inlier], fitted.residuals.distance[inlier]
-    on = Unrolled.of(fitted, patch, points, unit).lying()
+    primitive = fitted.primitive
+    on = DRAWINGS[primitive.kind].unrolled(primitive, fitted.shape, points, unit).lying()
     low = np.array([on.across.min(), on.along.min()])
     span = np.maximum(np.array([on.across.max(), on.along.max()]) - low, 1e-12 * np.abs(low).max() + 1e-300)
     room = np.array([WIDTH - LEFT - RIGHT, HIGHEST])

@@ -5,14 +5,23 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
+from primfit.app.exports import NothingToExportError
+from primfit.app.readers import CODINGS, read_file
+from primfit.app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
 from primfit.app.service.api import create_app
+from primfit.app.service.media_types import WHAT_IS_READ
 from primfit.app.service.openapi import as_text
 from primfit.app.service.settings import Settings
+from primfit.app.wire import problems
+from primfit.app.wire.schemas import BatchSummary, FitOptions
+from primfit.fitting.errors import InvalidPointCloudError
+from tests.app.serving import EXAMPLES
 
-COMMITTED = Path(__file__).parents[2] / "docs" / "openapi.json"
+COMMITTED = Path(__file__).parents[3] / "docs" / "openapi.json"
 DOCUMENT = json.loads(COMMITTED.read_bytes())
 OPERATIONS = {
     f"{method} {path}": operation
@@ -21,6 +30,80 @@ OPERATIONS = {
 }
 # Other media types may hold bytes that JSON has no example of.
 AS_TEXT = ("application/json", "multipart/form-data", "text/")
+
+
+PROBLEMS: dict[str, dict[str, Exception]] = {
+    "401": {"example": problems.UnauthorizedError("the API key is not known")},
+    "408": {
+        "example": problems.BodyTimeoutError(
+            "nothing came for 30 s before the body was complete (1048576 bytes)"
+        )
+    },
+    "412": {"example": problems.AlreadyAnsweredError("the answer would be the one that you named", {})},
+    "413": {"example": TooLargeError("body", "the body is over 67108864 bytes, the limit of this service")},
+    "415": {
+        "media_type": problems.UnsupportedMediaTypeError(WHAT_IS_READ),
+        "content_encoding": problems.UnsupportedCodingError(
+            f"send the body as it is, or in one of {', '.join(CODINGS)}, once"
+        ),
+    },
+    "422": {
+        "points": InvalidPointsError("points[17][2]", "NaN is not JSON; every number must be finite", "NaN"),
+        "file": UnreadableFileError("file", "the header announces 2400 bytes of data, 1200 are there"),
+        "options": problems.InvalidOptionsError(
+            [
+                FieldError(
+                    "options.kind",
+                    f"unknown option; allowed are {', '.join(FitOptions.model_fields)}",
+                    "array of 1",
+                )
+            ]
+        ),
+        "artifacts": NothingToExportError("the answer is no_fit and holds no primitive to export"),
+    },
+    "429": {
+        "example": problems.RateLimitedError(
+            "120 requests in 60 s are the limit of this service for one client", {}
+        )
+    },
+    "500": dict.fromkeys(("example", "internal"), Exception()),
+    "503": {
+        "not_ready": problems.NotReadyError("no worker is warm yet"),
+        "busy": problems.BusyError("64 requests are waiting, the limit of this service"),
+        "worker_died": problems.WorkerDiedError("the worker process ended while it worked on this request"),
+        "stopping": problems.StoppingError("the service stopped before the answer was ready; ask again"),
+    },
+    "504": {
+        "example": problems.TimeLimitError(
+            "not done after 60 s, the limit of this service; the work was stopped"
+        )
+    },
+}
+
+
+def _document(error: Exception) -> Any:
+    return json.loads(problems.problem(error, "/requests/3f0c1f9e").content)
+
+
+def test_the_examples_of_problems_are_what_the_service_says() -> None:
+    made = {status: {name: _document(cause) for name, cause in of.items()} for status, of in PROBLEMS.items()}
+    assert json.loads((EXAMPLES / "problems.json").read_bytes()) == made
+    for status, documents in made.items():
+        assert all(str(document["status"]) == status for document in documents.values())
+
+
+def test_the_examples_of_lines_are_what_the_service_says() -> None:
+    lines = json.loads((EXAMPLES / "lines.json").read_bytes())
+    assert lines["problem"]["problem"] == _document(
+        InvalidPointCloudError("2 points given; at least 3 are needed")
+    )
+    BatchSummary.model_validate(lines["summary"])
+
+
+@pytest.mark.parametrize("name", ["few.csv", "few.tsv", "few.ply", "request_base64.json"])
+def test_the_examples_of_files_hold_the_cloud_of_the_request(name: str) -> None:
+    expected = json.loads((EXAMPLES / "request.json").read_bytes())["points"]
+    np.testing.assert_array_equal(read_file(EXAMPLES / name).points, expected)
 
 
 def _differences(one: Any, other: Any, where: str = "") -> Iterator[str]:

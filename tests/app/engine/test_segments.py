@@ -5,7 +5,7 @@ import pytest
 
 import primfit
 from primfit.app.engine.answer import answer
-from primfit.app.engine.segments import cut, cut_cloud, part
+from primfit.app.engine.segments import cut, cut_cloud
 from primfit.app.readers.cloud import Cloud
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
@@ -58,9 +58,9 @@ def test_labels_are_whole_numbers_or_strings(
     labels: object, expected: list[tuple[object, list[int]]]
 ) -> None:
     array = np.asarray(labels)
-    found = cut(array, {"points": np.zeros((len(array), 3))})
-    assert [(label, rows.tolist()) for label, rows in found] == expected
-    assert all(type(label) in (int, str) for label, _ in found)
+    found = list(cut(Cloud(np.zeros((len(array), 3)), ("x", "y", "z"), None, "text", labels=array)))
+    assert [(label, rows.tolist()) for label, rows, _ in found] == expected
+    assert all(type(label) in (int, str) and len(part.points) == len(rows) for label, rows, part in found)
 
 
 BAD = {
@@ -91,12 +91,11 @@ def test_what_is_wrong_for_all_is_raised() -> None:
         primfit.fit_segments([[1, 2, 3], [4, 5]], [1, 1])
 
 
-def test_a_part_of_a_cloud_is_a_cloud_without_labels() -> None:
+def test_a_segment_of_a_cloud_is_a_cloud_without_labels() -> None:
     cloud = Cloud(SPHERES, ("x", "y", "z"), SPHERE_NORMALS, "text", labels=LABELS, label_column="id")
     cut_by_label = cut_cloud(cloud)
     assert cut_by_label is not None
-    (_, rows), *_ = cut_by_label
-    segment = part(cloud, rows)
+    (_, _, segment), *_ = cut_by_label
     assert segment.labels is None and segment.label_column is None
     assert segment.normals is not None and len(segment.points) == len(segment.normals) == 300
     assert cut_cloud(segment) is None

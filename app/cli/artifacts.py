@@ -1,0 +1,70 @@
+"""The files that are written beside an answer."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import typer
+
+from primfit.fitting.errors import InvalidOptionError
+
+from ..exports import FORMATS, ExportOptions, Fitted, NothingToExportError
+from .status import BAD_INPUT, complain, worst
+
+
+@dataclass(frozen=True)
+class Artifacts:
+    """What is written of the answer for one file: where each format goes, and how."""
+
+    files: dict[str, Path]
+    options: ExportOptions
+
+    @classmethod
+    def wanted(
+        cls,
+        files: dict[str, Path | None],
+        inputs: list[str],
+        labels: str | None,
+        unit: str,
+        chord_error: float,
+    ) -> Self | None:
+        """What was asked for, if anything; refuses what cannot be exported before anything is fitted."""
+        given = {format: file for format, file in files.items() if file is not None}
+        if not given:
+            return None
+        if len(inputs) > 1 or labels:
+            several = "the segments of a file" if labels else str(len(inputs))
+            raise _refused("fit", f"exports are written of one FILE, not of {several}")
+        _check_overwriting(given, inputs[0])
+        try:
+            return cls(given, ExportOptions(unit, chord_error))  # type: ignore[arg-type]
+        except InvalidOptionError as error:
+            raise _refused(f"--{error.field.replace('_', '-')}", str(error)) from None
+
+    def write(self, fitted: Fitted) -> int:
+        """Write all of them; the exit status."""
+        return worst([self._write(fitted, format, file) for format, file in self.files.items()])
+
+    def _write(self, fitted: Fitted, format: str, file: Path) -> int:
+        try:
+            file.write_bytes(FORMATS[format].write(fitted, self.options))
+        except NothingToExportError as error:
+            complain(str(file), f"not written: {error}")
+        except OSError as error:
+            complain(str(file), f"cannot be written: {error.strerror or error}")
+        else:
+            return 0
+        return BAD_INPUT
+
+
+def _check_overwriting(files: dict[str, Path], read: str) -> None:
+    taken = {Path(read).resolve(): "the input"}
+    for format, file in files.items():
+        if file.resolve() in taken:
+            raise _refused(str(file), f"the export {format} would overwrite {taken[file.resolve()]}")
+        taken[file.resolve()] = f"the export {format}"
+
+
+def _refused(subject: str, message: str) -> typer.Exit:
+    complain(subject, message)
+    return typer.Exit(BAD_INPUT)

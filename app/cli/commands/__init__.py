@@ -1,0 +1,55 @@
+"""`primfit` on the command line. What a command needs is imported when it runs: `primfit --help` is quick."""
+
+import os
+from typing import Annotated
+
+import typer
+
+from .batch import batch
+from .fit import fit
+from .parts import bench, synth
+from .service import openapi, serve, settings
+
+# As in the service: one thread a process, so that every way in gives the same numbers.
+for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_threads, "1")
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Which geometric primitive is this 3D point cloud, and with which parameters?",
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"primfit {version('primfit')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _primfit(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None: ...
+
+
+for _command in (fit, batch, serve, settings, openapi, synth):
+    app.command()(_command)
+# It has a help of its own.
+app.command(
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True}, add_help_option=False
+)(bench)
+
+
+def main() -> None:
+    """Entry point of the `primfit` command."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

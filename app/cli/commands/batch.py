@@ -1,0 +1,76 @@
+"""`primfit batch`: many clouds, the answer of each in a file of its own."""
+
+import os
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from ..options import (
+    Classifier,
+    Constraint,
+    Criterion,
+    InitialGuess,
+    Kinds,
+    Labels,
+    MaxError,
+    Seed,
+    Tolerance,
+    checked,
+)
+from ..status import BAD_INPUT, EXIT, complain, worst
+
+
+def batch(
+    inputs: Annotated[
+        list[str],
+        typer.Argument(metavar="INPUT...", help="Files, and folders searched for clouds by their suffix."),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for the answers.", file_okay=False)],
+    format: Annotated[
+        Literal["json", "shrec22"],
+        typer.Option(help="NAME.json, or NAME_prediction.txt in the format of the SHREC 2022 track."),
+    ] = "json",
+    workers: Annotated[
+        int,
+        typer.Option(
+            min=1, show_default="one a core", help="Processes; any number of them gives the same answers."
+        ),
+    ] = os.cpu_count() or 1,
+    labels: Labels = None,
+    kind: Kinds = None,
+    classifier: Classifier = None,
+    criterion: Criterion = None,
+    max_error: MaxError = None,
+    tolerance: Tolerance = None,
+    seed: Seed = None,
+    constraint: Constraint = None,
+    initial_guess: InitialGuess = None,
+) -> None:
+    """Recognise and fit many clouds; the answer of each goes into a file of its own.
+
+    With --labels that of each segment goes into NAME/LABEL.json.
+
+    Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
+    """
+    from ..batch import SUFFIXES, CollisionError, plan, run
+
+    options = checked(kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess)
+    try:
+        targets = plan(inputs, out, format, labels)
+    except CollisionError as error:
+        complain("batch", str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    if not targets:
+        complain("batch", f"no {' '.join(SUFFIXES)} file was found")
+        raise typer.Exit(BAD_INPUT)
+    try:
+        summary = run(targets, format, options, workers, labels)
+    except OSError as error:
+        complain(str(error.filename or out), f"cannot be written: {error.strerror or error}")
+        raise typer.Exit(BAD_INPUT) from None
+    for problem in summary.problems:
+        complain(problem.name, problem.message)
+    counts = ", ".join(f"{summary.statuses[status]} {status}" for status in EXIT)
+    print(f"{summary.n_clouds} clouds: {counts}, {len(summary.problems)} with a problem; answers in {out}")
+    raise typer.Exit(worst(problem.exit_status for problem in summary.problems))

@@ -1,0 +1,50 @@
+"""Commands of parts that `app` does not import: `primfit synth` and `primfit bench`."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from ..status import BAD_INPUT, complain
+
+
+def synth(
+    recipe: Annotated[
+        Literal["benchmark", "scanner", "scanner-hard", "scanner-large", "sensor", "foreign"],
+        typer.Argument(help="The family of clouds.", metavar="RECIPE"),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for clouds, truth and picture.", file_okay=False)],
+    n: Annotated[int, typer.Option("--n", min=1, help="Number of clouds.")] = 100,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed gives other clouds.")] = 0,
+    picture: Annotated[bool, typer.Option(help="Draw the first thirty clouds as sample.png.")] = True,
+) -> None:
+    """Write labelled synthetic clouds, in the layout of the SHREC 2022 track.
+
+    Cloud i depends on RECIPE, the seed and i only.
+    """
+    try:
+        print(_installed("synth")(recipe, out, n, seed, picture))
+    except (ImportError, OSError) as error:
+        complain("synth", str(error))
+        raise typer.Exit(BAD_INPUT) from None
+
+
+def bench(context: typer.Context) -> None:
+    """Measure primfit and what others make on the same clouds, and write the report."""
+    try:
+        command = _installed("bench")
+    except ImportError as error:
+        complain("bench", str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    raise typer.Exit(command(context.args))
+
+
+def _installed(command: str) -> Callable[..., Any]:
+    """The function of a command in a part that `app` does not import, found by its entry point."""
+    from importlib.metadata import entry_points
+
+    for entry in entry_points(group="primfit.commands", name=command):
+        function: Callable[..., Any] = entry.load()
+        return function
+    raise ImportError("this installation is older than the command: pip install --editable . again")

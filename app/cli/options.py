@@ -1,0 +1,111 @@
+"""The options of a fit on the command line, which several commands take."""
+
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+
+from primfit.fitting import names
+from primfit.models.names import CLASSIFIER, ClassifierName
+
+from .status import BAD_INPUT, complain
+
+# Options that are lists or objects, and the flags that are repeated for them.
+FLAGS = {"kinds": "kind", "constraints": "constraint"}
+
+# Typer takes lists of an enum, not of a Literal.
+Kind = StrEnum("Kind", [(kind, kind) for kind in names.KINDS])  # type: ignore[misc]
+Kinds = Annotated[
+    list[Kind] | None, typer.Option("--kind", help="Allow this kind (repeatable); all of them by default.")
+]
+Classifier = Annotated[
+    ClassifierName | None,
+    typer.Option(help="Who ranks the kinds; with 'none' all are tried.", show_default=CLASSIFIER),
+]
+Criterion = Annotated[
+    names.Criterion | None,
+    typer.Option(
+        help="What the parameters minimise: 'robust' rejects outliers, 'least_squares' counts every point "
+        "alike; the others are M-estimators, the minimum zone, and spheres or cylinders with all points "
+        "inside or outside.",
+        show_default=names.CRITERION,
+    ),
+]
+MaxError = Annotated[
+    float | None,
+    typer.Option(
+        help="Largest accepted mean distance of the inliers, as a share of the bounding-box diagonal; "
+        "by default it follows from the noise of the cloud."
+    ),
+]
+Tolerance = Annotated[
+    float | None,
+    typer.Option(
+        help="What counts as no deviation, in the unit of the cloud: kinds that agree within it are equal, "
+        "and the simplest is answered; a smooth deviation within it never leads to 'no_fit'. By default none."
+    ),
+]
+Constraint = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--constraint",
+        metavar="NAME=VALUE",
+        help="What is known (repeatable): radius=5, radius=4..6, axis=0,0,1, axis=0,0,1@0.05 (radians), "
+        "center=1,2,3; also major_radius, minor_radius, half_angle, normal, apex, point.",
+    ),
+]
+InitialGuess = Annotated[
+    str | None,
+    typer.Option(metavar="JSON", help="A primitive, as in an answer, that joins the starts of its kind."),
+]
+Labels = Annotated[
+    str | None,
+    typer.Option(
+        metavar="COLUMN",
+        help="Fit each segment of a file: the points of one label in this column; 'auto' looks for a column "
+        "of a usual name.",
+    ),
+]
+Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", show_default=str(names.SEED))]
+
+
+def checked(
+    kind: list[Kind] | None,
+    classifier: str | None,
+    criterion: str | None,
+    max_error: float | None,
+    tolerance: float | None,
+    seed: int | None,
+    constraint: list[str] | None,
+    initial_guess: str | None,
+) -> dict[str, Any]:
+    """The options that were given, as the engine takes them, checked before the first file is read."""
+    from ..engine.fit import InvalidOptionError, config_of
+    from .constraint_flags import parse_constraints
+
+    given: dict[str, Any] = {"classifier": classifier, "criterion": criterion, "max_error": max_error}
+    given |= {"tolerance": tolerance, "seed": seed}
+    options = {name: value for name, value in given.items() if value is not None}
+    if kind:
+        options["kinds"] = list(dict.fromkeys(map(str, kind)))
+    try:
+        if constraint:
+            options["constraints"] = parse_constraints(constraint)
+        if initial_guess is not None:
+            options["initial_guess"] = _json(initial_guess)
+        config_of(**options)
+    except InvalidOptionError as error:
+        option = error.field.partition(".")[0]
+        complain(f"--{FLAGS.get(option, option).replace('_', '-')}", str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    return options
+
+
+def _json(text: str) -> Any:
+    """The value of a JSON text, or the text itself where it is none, for a complaint that shows it."""
+    import orjson
+
+    try:
+        return orjson.loads(text)
+    except orjson.JSONDecodeError:
+        return text

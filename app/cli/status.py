@@ -1,0 +1,19 @@
+"""How a command ends, and what it complains of."""
+
+import sys
+from collections.abc import Iterable
+
+# Exit status: of several files the worst decides, in this order.
+EXIT = {"fitted": 0, "ambiguous": 3, "no_fit": 4}
+BAD_INPUT = 2
+INTERNAL_ERROR = 1
+BADNESS = (*EXIT.values(), BAD_INPUT, INTERNAL_ERROR)
+
+
+def complain(subject: str, message: str) -> None:
+    print(f"primfit: {subject}: {message}", file=sys.stderr)
+
+
+def worst(statuses: Iterable[int]) -> int:
+    """That of several files; 0 of none."""
+    return max(statuses, key=BADNESS.index, default=0)

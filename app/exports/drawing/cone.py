@@ -1,0 +1,38 @@
+"""How a cone is drawn: v is the height above its apex."""
+
+import numpy as np
+
+from primfit.fitting.extents.cone import ConeExtents
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.primitives.cone import Cone
+
+from .patch import Span
+from .revolved import Revolved, arc
+from .unrolled import Unrolled
+
+POSITIVE = "on the outer side"
+UPRIGHT = "axis"
+
+
+def trimmed(primitive: Cone, extents: ConeExtents) -> Revolved:
+    v = Span(extents.start_height, extents.end_height, 0.0)
+    tangent = np.tan(primitive.half_angle)
+
+    def profile(v: Array) -> tuple[Array, Array]:
+        return v * tangent, v
+
+    return Revolved(
+        u=arc(extents, profile, v),
+        v=v,
+        poles=(v.start == 0.0, False),
+        origin=primitive.apex,
+        axis=primitive.axis,
+        reference=extents.reference_direction,
+        profile=profile,
+    )
+
+
+def unrolled(primitive: Cone, shape: Revolved, points: Array, unit: str) -> Unrolled:
+    angle, _, height = shape.around(points)
+    names = ("around the axis [degrees]", f"from the apex [{unit}]")
+    return Unrolled(np.degrees(angle), height, names, (False, True))

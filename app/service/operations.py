@@ -1,0 +1,151 @@
+"""What FastAPI cannot read off the routes, an operation each: bodies, parameters, refusals, examples."""
+
+from pathlib import Path
+from typing import Any
+
+import orjson
+
+from ..wire.problems import MEDIA_TYPE
+from .media_types import RAW_TYPES
+from .parameters import ARTIFACT_OPTIONS, IF_NONE_MATCH, LABELS, REF, options_in_query
+
+_EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def text(name: str) -> str:
+    """An example as it stands in its file."""
+    return (_EXAMPLES / name).read_text(encoding="utf-8")
+
+
+def example(name: str) -> Any:
+    """An example in JSON."""
+    return orjson.loads(text(name))
+
+
+_PROBLEMS: dict[str, dict[str, Any]] = example("problems.json")
+
+
+def refused(status: str, *names: str) -> dict[str, Any]:
+    """The problem response of a status, with examples of these causes; of all that there are by default."""
+    shown = {name: _PROBLEMS[status][name] for name in names or _PROBLEMS[status]}
+    content = {
+        "schema": {"$ref": REF.format(model="Problem")},
+        "examples": {name: {"value": document} for name, document in shown.items()},
+    }
+    titles = dict.fromkeys(document["title"] for document in shown.values())
+    return {"description": "; ".join(titles), "content": {MEDIA_TYPE: content}}
+
+
+def _shown(**values: Any) -> dict[str, Any]:
+    return {name: {"value": value} for name, value in values.items()}
+
+
+def _body(upload: str, uploaded: dict[str, Any]) -> dict[str, Any]:
+    """A request body in all its media types; `upload` is the model of the one in parts, with an example."""
+    content: dict[str, Any] = {
+        "application/json": {
+            "schema": {"$ref": REF.format(model="FitRequest")},
+            "examples": _shown(
+                cylinder=example("request.json"), cylinder_in_base64=example("request_base64.json")
+            ),
+        },
+        "multipart/form-data": {
+            "schema": {"$ref": REF.format(model=upload)},
+            "examples": _shown(cylinder=uploaded),
+            "encoding": {"options": {"contentType": "application/json"}},
+        },
+    }
+    for media_type in RAW_TYPES:
+        content[media_type] = {"schema": {"type": "string", "format": "binary"}}
+    for media_type, name in _FILES.items():
+        content[media_type]["examples"] = _shown(cylinder=text(name))
+    return {"required": True, "description": _BODY, "content": content}
+
+
+_BODY = (
+    "The cloud. A body may be packed (`Content-Encoding: gzip` or `zstd`), and so may a file; "
+    "files are recognised by what they hold, whatever their media type"
+)
+_FILES = {
+    **dict.fromkeys(("application/octet-stream", "text/csv", "text/plain"), "few.csv"),
+    "text/tab-separated-values": "few.tsv",
+    **dict.fromkeys(("model/ply", "application/ply"), "few.ply"),
+}
+_OPTIONS = {"kinds": ["cylinder", "cone"]}
+_SERVER_TIMING = {"Server-Timing": {"$ref": "#/components/headers/ServerTiming"}}
+_ETAG = {
+    "description": "equal requests have equal tags",
+    "schema": {"type": "string"},
+    "example": '"3f0c1f9e"',
+}
+GET: dict[str, Any] = {
+    "tags": ["service"],
+    "response_description": "It answers",
+    "responses": {"500": refused("500", "internal")},
+}
+READYZ: dict[str, Any] = {
+    "tags": ["service"],
+    "response_description": "It is ready",
+    "responses": {
+        "503": refused("503", "not_ready"),
+        "500": refused("500", "internal"),
+    },
+}
+METRICS: dict[str, Any] = {
+    "tags": ["service"],
+    "response_description": "The metrics",
+    "responses": {
+        "200": {"content": {"text/plain": {"examples": _shown(some=text("metrics.txt"))}}},
+        "500": refused("500", "internal"),
+    },
+}
+FIT: dict[str, Any] = {
+    "tags": ["fitting"],
+    "response_description": "What was found",
+    "responses": {
+        "200": {
+            "headers": {"ETag": _ETAG, **_SERVER_TIMING},
+        },
+        **{status: refused(status, "example") for status in ("412", "408", "413", "500", "504")},
+        "415": refused("415"),
+        "422": refused("422", "points", "file", "options"),
+        "503": refused("503"),
+    },
+    "openapi_extra": {
+        "requestBody": _body("FitUpload", {"file": text("few.csv"), "options": _OPTIONS}),
+        "parameters": [*options_in_query(), IF_NONE_MATCH],
+    },
+}
+# Only `fit` has tags to compare.
+_REFUSALS = {status: refused for status, refused in FIT["responses"].items() if status not in ("200", "412")}
+FIT_EXPORT: dict[str, Any] = {
+    "tags": ["fitting"],
+    "response_description": "`answer.json`, the answer of `POST /fit`, and the files",
+    "responses": {
+        **_REFUSALS,
+        "200": {
+            "headers": {**_SERVER_TIMING},
+            "content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        "422": refused("422"),
+    },
+    "openapi_extra": {
+        "requestBody": FIT["openapi_extra"]["requestBody"],
+        "parameters": [*ARTIFACT_OPTIONS, *options_in_query()],
+    },
+}
+FIT_BATCH: dict[str, Any] = {
+    "tags": ["fitting"],
+    "status_code": 200,
+    "responses": {
+        **_REFUSALS,
+        "200": {
+            "description": "A JSON object a line: for each item, in the order of the input, what was found "
+            "or the problem with it; then the summary",
+        },
+    },
+    "openapi_extra": {
+        "requestBody": _body("BatchUpload", {"file": [text("few.csv")] * 2, "options": _OPTIONS}),
+        "parameters": [LABELS, *options_in_query()],
+    },
+}

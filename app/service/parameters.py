@@ -1,0 +1,103 @@
+"""What requests may carry beside their body, and answers beside theirs, as the OpenAPI document says it."""
+
+from typing import Any
+
+from ..exports import FORMATS as ARTIFACTS
+from ..exports.options import LARGEST_ERROR, SMALLEST_ERROR, UNITS
+from ..wire.options import OBJECTS
+from ..wire.schemas import BatchUpload, FitOptions
+
+REF = "#/components/schemas/{model}"
+_REQUEST_ID = {"type": "string", "pattern": "^[A-Za-z0-9._-]{1,64}$"}
+# What every operation takes and every answer carries, see `app.service.request_id`.
+PARAMETERS: dict[str, Any] = {
+    "RequestId": {
+        "name": "X-Request-Id",
+        "in": "header",
+        "required": False,
+        "description": "an id of your own for this request, up to 64 of A-Z a-z 0-9 . _ -; "
+        "in place of any other the service makes one up",
+        "schema": {"type": "string"},
+        "example": "3f0c1f9e",
+    }
+}
+HEADERS: dict[str, Any] = {
+    "RequestId": {
+        "description": "id of the request, in the log and in the `instance` of a problem",
+        "schema": _REQUEST_ID,
+    },
+    "RetryAfter": {"description": "seconds to wait before the next try", "schema": {"type": "integer"}},
+    "ServerTiming": {"description": "milliseconds of each step", "schema": {"type": "string"}},
+}
+
+# Each alone, or none at all: a service asks for keys only where it is told to.
+SECURITY_SCHEMES = {
+    "bearer": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": "an API key, where the service asks for one",
+    },
+    "apiKey": {"type": "apiKey", "in": "header", "name": "X-API-Key", "description": "the same, in a header"},
+}
+
+ARTIFACT_OPTIONS: list[dict[str, Any]] = [
+    {
+        "name": "artifacts",
+        "in": "query",
+        "required": True,
+        "description": "files of the trimmed primitive, residuals of all points, form errors, a report",
+        "schema": {"type": "array", "items": {"type": "string", "enum": list(ARTIFACTS)}},
+        "style": "form",
+        "explode": False,
+        "example": ["step", "glb", "report"],
+    },
+    {
+        "name": "unit",
+        "in": "query",
+        "required": False,
+        "description": "of the coordinates, as STEP files and reports say it; mm by default",
+        "schema": {"type": "string", "enum": list(UNITS)},
+    },
+    {
+        "name": "chord_error",
+        "in": "query",
+        "required": False,
+        "description": "largest distance of meshes from the surface over their size; 0.001 by default",
+        "schema": {"type": "number", "minimum": SMALLEST_ERROR, "maximum": LARGEST_ERROR},
+    },
+]
+
+IF_NONE_MATCH: dict[str, Any] = {
+    "name": "If-None-Match",
+    "in": "header",
+    "required": False,
+    "description": "ETag of an answer that you have: 412 instead of a fit where it would be the same",
+    "schema": {"type": "string"},
+}
+LABELS: dict[str, Any] = {
+    "name": "labels",
+    "in": "query",
+    "required": False,
+    "description": BatchUpload.model_fields["labels"].description,
+    "schema": {"type": "string"},
+}
+
+
+def options_in_query() -> list[dict[str, Any]]:
+    """The options again, as parameters of the query: any body may be sent with them.
+
+    Without defaults, which generated clients would send along, and so give twice what stands in the body.
+    """
+    properties = FitOptions.model_json_schema(ref_template=REF)["properties"]
+    for name in OBJECTS:
+        del properties[name]
+    return [
+        {"name": name, "in": "query", "required": False, "description": schema.pop("description")}
+        | {"schema": _without_default(schema)}
+        for name, schema in properties.items()
+    ]
+
+
+def _without_default(schema: dict[str, Any]) -> dict[str, Any]:
+    chosen = next((option for option in schema.get("anyOf", []) if option != {"type": "null"}), schema)
+    return {key: value for key, value in chosen.items() if key not in ("default", "title")}
