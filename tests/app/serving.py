@@ -14,7 +14,9 @@ from pathlib import Path
 
 import httpx
 
-EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
+from tests.paths import EXAMPLES as EXAMPLES
+from tests.paths import ROOT
+
 PATIENCE = 60.0
 ALICE, NAMELESS = "c0ffee-c0ffee-c0ffee", "0123456789abcdef0123456789abcdef"
 """The keys of `guarded_service`."""
@@ -41,9 +43,7 @@ class Service:
 
 
 @contextmanager
-def running(
-    directory: Path, ready: bool = True, code: Path = EXAMPLES.parents[1], **settings: object
-) -> Iterator[Service]:
+def running(directory: Path, ready: bool = True, code: Path = ROOT, **settings: object) -> Iterator[Service]:
     """Start `primfit serve` of this code with these settings, wait until it is ready, stop it in the end."""
     directory.mkdir(exist_ok=True)
     with socket.socket() as free:

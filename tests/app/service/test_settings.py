@@ -8,8 +8,9 @@ from typer.testing import CliRunner
 from primfit.app.cli.commands import app
 from primfit.app.service.settings import Settings, SettingsError, load
 from primfit.app.service.settings_page import in_force, page
+from tests.paths import DOCS
 
-PAGE = Path(__file__).parents[2] / "docs" / "settings.md"
+PAGE = DOCS / "settings.md"
 KEY = "s3cret-s3cret-s3cret"
 
 

@@ -8,7 +8,6 @@ import signal
 import socket
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -17,8 +16,9 @@ import pytest
 
 from tests.app.processes import needs_proc, ticks
 from tests.app.serving import PATIENCE, Background, wait_for, workers
+from tests.paths import EXAMPLES
 
-SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
+SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
 MIB = 2**20
 
 

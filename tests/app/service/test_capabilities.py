@@ -2,7 +2,6 @@
 
 import json
 import math
-from pathlib import Path
 from typing import Any, get_args
 
 from primfit.app.exports import FORMATS as ARTIFACTS
@@ -11,8 +10,9 @@ from primfit.app.service.openapi import MEDIA_TYPES
 from primfit.app.wire.schemas import Capabilities, FitOptions
 from primfit.fitting.names import KINDS, Criterion
 from primfit.models import CLASSIFIERS
+from tests.paths import EXAMPLES
 
-SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
+SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
 
 
 def test_it_lists_what_there_is(service: Any) -> None:

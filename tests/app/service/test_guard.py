@@ -3,7 +3,6 @@
 import json
 import socket
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -16,8 +15,9 @@ from primfit.app.service.rate_limit import RateLimit
 from primfit.app.service.server import is_loopback
 from primfit.app.wire.problems import RateLimitedError
 from tests.app.serving import ALICE, NAMELESS, PATIENCE, running, wait_for
+from tests.paths import EXAMPLES
 
-SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
+SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
 BEARER = {"Authorization": f"Bearer {ALICE}"}
 
 

@@ -13,7 +13,8 @@ from typing import Any
 import httpx
 import pytest
 
-EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
+from tests.paths import EXAMPLES
+
 PATIENCE = 60.0
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
 FLAGS = (

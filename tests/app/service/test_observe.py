@@ -12,8 +12,8 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from primfit.app.service.metrics import Metrics
 from tests.app.serving import ALICE, wait_for, workers
+from tests.paths import DOCS, EXAMPLES
 
-EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
 KEY = {"X-API-Key": ALICE}
@@ -136,7 +136,7 @@ def test_the_metrics_shown_are_metrics_that_there_are(guarded_service: Any) -> N
 
 def test_the_page_names_metrics_that_there_are(guarded_service: Any) -> None:
     text = guarded_service.client.get("/metrics", headers=KEY).text
-    page = (EXAMPLES.parents[1] / "docs" / "operations.md").read_text()
+    page = (DOCS / "operations.md").read_text()
     assert len(named := set(re.findall(r"primfit_\w+", page))) > 15
     assert all(name in text for name in named)
 

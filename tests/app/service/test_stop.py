@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from tests.app.serving import PATIENCE, Background, running, wait_for
+from tests.paths import EXAMPLES
 
-SMALL = json.loads((Path(__file__).parents[2] / "app" / "examples" / "request.json").read_bytes())
+SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX")
 

@@ -5,7 +5,6 @@ import gzip
 import io
 import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -19,8 +18,8 @@ from primfit.app.readers import read
 from primfit.app.service.openapi import MEDIA_TYPES
 from primfit.app.wire.schemas import FitAnswer, KindName, Problem
 from primfit.fitting.names import KINDS
+from tests.paths import EXAMPLES
 
-EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()
 REQUEST = (EXAMPLES / "request.json").read_bytes()
 SMALL = json.loads(REQUEST)

@@ -18,7 +18,6 @@ import primfit
 from primfit.app.cli.commands import app
 from primfit.app.service.server import ListenError, listen
 
-HERE = Path(__file__).parent
 COMMAND = [sys.executable, "-m", "primfit", "serve"]
 PATIENCE = 60
 

@@ -20,7 +20,8 @@ import pytest
 
 from primfit.app.wire.schemas import BatchAnswer, BatchProblem, BatchSummary
 from tests.app.processes import needs_proc, ticks
-from tests.app.serving import EXAMPLES, PATIENCE, Service, running, wait_for, workers
+from tests.app.serving import PATIENCE, Service, running, wait_for, workers
+from tests.paths import DOCS, EXAMPLES, ROOT
 
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
@@ -489,10 +490,9 @@ def test_the_document_shows_a_line_of_each_sort(service: Service) -> None:
 
 @pytest.mark.skipif(not shutil.which("curl"), reason="runs the lines of the documentation as they stand")
 def test_the_curl_line_of_the_documentation_runs(service: Service) -> None:
-    root = EXAMPLES.parents[1]
-    (line,) = re.findall(r"^curl .*/fit/batch .*$", (root / "docs" / "api.md").read_text(), re.MULTILINE)
+    (line,) = re.findall(r"^curl .*/fit/batch .*$", (DOCS / "api.md").read_text(), re.MULTILINE)
     command = shlex.split(line.replace("localhost:8000", f"127.0.0.1:{service.port}"))
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)
     *items, end = map(json.loads, done.stdout.splitlines())
     assert [(item["id"], item["answer"]["primitive"]["kind"]) for item in items] == [
         ("segments.csv#1", "plane"),

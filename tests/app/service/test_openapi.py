@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,8 +10,9 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 from primfit.app.service.api import create_app
 from primfit.app.service.openapi import as_text
 from primfit.app.service.settings import Settings
+from tests.paths import DOCS
 
-COMMITTED = Path(__file__).parents[2] / "docs" / "openapi.json"
+COMMITTED = DOCS / "openapi.json"
 DOCUMENT = json.loads(COMMITTED.read_bytes())
 OPERATIONS = {
     f"{method} {path}": operation
