@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import urllib.request
@@ -91,18 +90,3 @@ def test_a_port_in_use_is_said_plainly() -> None:
     assert result.exit_code == 2
     assert result.stderr.startswith("primfit: serve: port")
     assert len(result.stderr.splitlines()) == 1
-
-
-def test_answers_leave_at_once() -> None:
-    """A connection that holds small packets back answers every request on it 40 ms late."""
-    with (
-        listen("127.0.0.1", 0) as listener,
-        socket.create_connection(listener.getsockname()),
-        listener.accept()[0] as connection,
-    ):
-        assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
-
-
-def test_a_foreign_address_is_refused() -> None:
-    with pytest.raises((ListenError, socket.gaierror), match="cannot listen"):
-        listen("192.0.2.1", 0)

@@ -1,9 +1,10 @@
-"""SIGTERM: requests under way get their answer, and the process ends with status 0."""
+"""Where the service listens, and SIGTERM: requests under way get their answer, and the status is 0."""
 
 import io
 import json
 import os
 import signal
+import socket
 import time
 from pathlib import Path
 from typing import Any
@@ -12,12 +13,12 @@ import httpx
 import numpy as np
 import pytest
 
+from primfit.app.service.server import ListenError, is_loopback, listen
 from tests.app.serving import PATIENCE, Background, running, wait_for
 from tests.paths import EXAMPLES
 
+posix = pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX")
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
-
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX")
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +41,29 @@ def _under_way(service: Any, body: bytes) -> Background:
     return request
 
 
+@pytest.mark.parametrize(
+    ("address", "alone"), [("127.0.0.1", True), ("::1", True), ("0.0.0.0", False), ("fe80::1%eth0", False)]
+)
+def test_which_addresses_others_reach(address: str, alone: bool) -> None:
+    assert is_loopback(address) == alone
+
+
+def test_answers_leave_at_once() -> None:
+    """A connection that holds small packets back answers every request on it 40 ms late."""
+    with (
+        listen("127.0.0.1", 0) as listener,
+        socket.create_connection(listener.getsockname()),
+        listener.accept()[0] as connection,
+    ):
+        assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+
+
+def test_a_foreign_address_is_refused() -> None:
+    with pytest.raises((ListenError, socket.gaierror), match="cannot listen"):
+        listen("192.0.2.1", 0)
+
+
+@posix
 @pytest.mark.parametrize("whole_group", [False, True], ids=["the service", "all its processes"])
 def test_a_request_under_way_is_answered_in_full(tmp_path: Path, large: bytes, whole_group: bool) -> None:
     with running(tmp_path / "bodies", workers=1, stop_patience=60) as service:
@@ -60,6 +84,7 @@ def test_a_request_under_way_is_answered_in_full(tmp_path: Path, large: bytes, w
         assert not list(service.temporary_directory.iterdir())
 
 
+@posix
 def test_a_request_that_takes_longer_is_told_so(tmp_path: Path, large: bytes) -> None:
     with running(tmp_path / "bodies", workers=1, stop_patience=0) as service:
         request = _under_way(service, large)
@@ -72,6 +97,7 @@ def test_a_request_that_takes_longer_is_told_so(tmp_path: Path, large: bytes) ->
         assert "Traceback" not in service.log.read_text()
 
 
+@posix
 def test_for_a_while_it_works_on_and_says_that_it_will_stop(tmp_path: Path) -> None:
     with running(tmp_path / "bodies", workers=1, stop_delay=5) as service:
         start = time.monotonic()

@@ -1,4 +1,4 @@
-"""The comparison of the kinds: bows, bars, rings, outliers and what a caller tolerates."""
+"""The comparison of the kinds: bows, bars, rings, what a caller tolerates, and what each number is for."""
 
 from collections.abc import Mapping
 
@@ -13,7 +13,22 @@ from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
+from primfit.fitting.verdict import judge
 from primfit.fitting.verdict.judge import MISTAKEN, prior_of
+from tests.fitting.pieces import ball, bar, beside_a_plane, kinds, pipe, rng, stray
+
+Patch = pytest.MonkeyPatch
+
+
+class Sure:
+    """A ranking that rules out every kind but one."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def rank(self, points: Array, normals: Array) -> Mapping[str, float]:
+        return {kind: 1.0 - 4e-9 if kind == self.kind else 1e-9 for kind in KINDS}
+
 
 NOISE = 0.005
 
@@ -25,11 +40,7 @@ class Planes:
         return {kind: 0.9 if kind == "plane" else 0.025 for kind in KINDS}
 
 
-def rng(seed: int = 0) -> np.random.Generator:
-    return np.random.default_rng(seed)
-
-
-def bar(faces: int, n: int, noise: float, seed: int) -> Array:
+def prism(faces: int, n: int, noise: float, seed: int) -> Array:
     """The sides of a prism along z, 2 radii long, without ends."""
     random = rng(seed)
     side, along, height = random.integers(faces, size=n), random.random(n), random.uniform(-1.0, 1.0, n)
@@ -38,6 +49,68 @@ def bar(faces: int, n: int, noise: float, seed: int) -> Array:
     outward = np.exp(2j * np.pi * (side + 0.5) / faces)
     places = places + noise * random.normal(size=n) * outward
     return np.column_stack([places.real, places.imag, height])
+
+
+def test_a_cone_on_a_short_arc_may_be_a_cylinder(monkeypatch: Patch) -> None:
+    """`DECIDED`"""
+    cone = Cone(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.3)
+    points = cone.surface(rng(17, 0).uniform(-0.15, 0.15, 1000), rng(17, 1).uniform(1.0, 2.0, 1000))
+    points = points + 0.002 * rng(17, 2).normal(size=points.shape)
+    assert kinds(recognize(points)) == ["cylinder", "cone"]
+    monkeypatch.setattr(judge, "DECIDED", 0.0)
+    assert kinds(recognize(points)) == ["cylinder"]
+
+
+def test_a_ranking_that_is_never_mistaken_makes_an_arc_a_plane(monkeypatch: Patch) -> None:
+    """`MISTAKEN`"""
+    points = pipe(300, 0.005, 18, arc=0.6)
+    assert kinds(recognize(points, classifier=Sure("plane"))) == ["cylinder"]
+    monkeypatch.setattr(judge, "MISTAKEN", 1e-12)
+    assert kinds(recognize(points, classifier=Sure("plane"))) == ["plane"]
+
+
+def test_an_exact_rod_of_forty_faces_passes_for_round_and_one_of_six_does_not(monkeypatch: Patch) -> None:
+    """`FORM`"""
+    fine, coarse = bar(40, 3000, 0.0, 19), bar(6, 3000, 0.0, 19)
+    assert kinds(recognize(fine)) == ["cylinder"] and kinds(recognize(coarse)) == []
+    monkeypatch.setattr(judge, "FORM", 0.0)
+    assert kinds(recognize(fine)) == []
+    monkeypatch.setattr(judge, "FORM", 0.1)
+    assert kinds(recognize(coarse)) == ["cylinder"]
+
+
+def test_a_filled_cube_is_no_surface(monkeypatch: Patch) -> None:
+    """`SCATTER`"""
+    points = rng(20).uniform(-1.0, 1.0, (1500, 3))
+    assert kinds(recognize(points)) == []
+    monkeypatch.setattr(judge, "SCATTER", np.inf)
+    assert kinds(recognize(points))
+
+
+def test_a_third_of_the_points_on_a_plane_is_a_second_surface(monkeypatch: Patch) -> None:
+    """`PART`"""
+    points = beside_a_plane(pipe(1500, 0.005, 22), 0.35, 0.005, 22)
+    assert kinds(recognize(points)) == []
+    monkeypatch.setattr(judge, "PART", 0.4)
+    assert kinds(recognize(points)) == ["cylinder"]
+
+
+def test_a_few_strewn_points_in_a_row_are_no_second_surface(monkeypatch: Patch) -> None:
+    """`PART`"""
+    points = stray(pipe(1500, 0.005, 23), 0.5, 23)
+    assert kinds(recognize(points)) == ["cylinder"]
+    monkeypatch.setattr(judge, "PART", 0.0)
+    assert kinds(recognize(points)) == []
+
+
+def test_some_exact_points_more_do_not_make_a_ball_a_torus(monkeypatch: Patch) -> None:
+    """`EQUAL_SHARES`: among points that are moved by some steps a torus finds more that it passes through."""
+    points = ball(600, 0.0, 25)
+    points[:300] += rng(25).uniform(-0.002, 0.002, (300, 3))
+    points = np.round(points, 3)
+    assert kinds(recognize(points)) == ["sphere"]
+    monkeypatch.setattr(judge, "EQUAL_SHARES", 0.0)
+    assert kinds(recognize(points)) == ["torus"]
 
 
 @pytest.mark.parametrize("n", [400, 3000, 20_000])
@@ -59,9 +132,9 @@ def test_a_plane_that_bows_by_half_its_noise_may_be_one(n: int, sign: float) -> 
 @pytest.mark.parametrize("faces", [3, 4, 5, 6, 8])
 @pytest.mark.parametrize("noise", [0.0, 0.003])
 def test_a_bar_is_no_cylinder(faces: int, noise: float) -> None:
-    answer = recognize(bar(faces, 3000, noise, faces))
+    answer = recognize(prism(faces, 3000, noise, faces))
     assert answer.status == "no_fit"
-    assert recognize(bar(faces, 3000, noise, faces), Config(kinds=("cylinder",))).status == "no_fit"
+    assert recognize(prism(faces, 3000, noise, faces), Config(kinds=("cylinder",))).status == "no_fit"
 
 
 def test_a_pipe_beside_the_bars_is_one() -> None:

@@ -1,39 +1,16 @@
-"""Training: the same seed gives the same bytes, another seed others."""
+"""Data sets: the same clouds whatever the length, the number of processes and what was there before."""
 
 from dataclasses import fields
 
 import numpy as np
 import pytest
 
-from primfit.models.knn import KnnClassifier
 from primfit.models.training import dataset
 from primfit.models.training.dataset import FAMILIES, make_dataset, numbers, option
-from primfit.models.training.knn import build, main, train
-from primfit.models.training.metrics import metrics, rank_of_truth
-from primfit.models.weights import load
+from primfit.models.training.metrics import metrics
 from primfit.synthetic.sensors import SENSORS
 
 FEW = {"benchmark": 20, "scanner": 15, "sensor": 10}
-
-
-def test_one_seed_one_file(tmp_path):
-    first = train(3, FEW, 5, tmp_path / "first")
-    second = train(3, FEW, 5, tmp_path / "second")
-    other = train(4, FEW, 5, tmp_path / "other")
-    assert first == second
-    for name in ("knn.npz", "knn.json"):
-        assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
-    assert other.sha256 != first.sha256
-    assert load("knn", tmp_path / "first")[1] == first
-
-
-def test_the_command_writes_weights_that_load(tmp_path, capsys):
-    main(["--seed", "5", "--clouds", option(FEW), "--held-back", "5", "--out", str(tmp_path)])
-    arrays, card = load("knn", tmp_path)
-    assert card.recipe["clouds"] == FEW
-    assert card.seed == 5 and card.recipe["held_back_seed"] == 6
-    assert arrays["references"].shape[0] == sum(FEW.values())
-    assert card.sha256 in capsys.readouterr().out
 
 
 def test_numbers_of_clouds_are_read():
@@ -71,12 +48,6 @@ def test_a_run_goes_on_where_it_was_cut_off(tmp_path, monkeypatch):
     assert np.array_equal(plain.rows, longer.rows)
 
 
-def test_a_classifier_knows_the_clouds_it_was_built_from():
-    data = make_dataset(9, 150, families=("benchmark",))
-    classifier = KnnClassifier(build(data))
-    assert metrics(classifier.probabilities(data.rows), data)["benchmark"]["top1"] > 0.9
-
-
 def test_clouds_of_sensors_can_be_learnt_from():
     data = make_dataset(9, 10, families=("scanner", "sensor"))
     assert data.rows.shape[0] == 20 and np.isfinite(data.rows).all()
@@ -84,8 +55,3 @@ def test_clouds_of_sensors_can_be_learnt_from():
     assert list(scores) == ["scanner", "sensor"]
     assert scores["scanner"]["top1_by_sensor"] == {}
     assert set(scores["sensor"]["top1_by_sensor"]) <= set(SENSORS)
-
-
-def test_ranks_count_what_is_above_the_truth():
-    probabilities = np.array([[0.5, 0.2, 0.1, 0.1, 0.1], [0.5, 0.2, 0.1, 0.1, 0.1], [0.2] * 5])
-    assert rank_of_truth(probabilities, np.array([0, 1, 4])).tolist() == [0, 1, 4]

@@ -3,14 +3,19 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.cloud.patches import GRAIN, PATCHES, grains_of, patches_of, strips_of
+from primfit.fitting.cloud.patches import grains_of, patches_of, strips_of
 from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.noise import fields
 from primfit.fitting.noise.fields import Explanations, Patched, explanations, log_mean
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.sphere import Sphere
+from primfit.fitting.recognize import recognize
 from primfit.fitting.solver.refine import linearize, refine
+from primfit.fitting.verdict import judge
+from tests.fitting.pieces import bar, kinds, pipe, sheet
 
+Patch = pytest.MonkeyPatch
 NOISE = 0.01
 
 
@@ -33,15 +38,35 @@ def rough_field(feet: Array, span: float, seed: int) -> Array:
     return np.linalg.cholesky(covariance) @ np.random.default_rng(seed).normal(size=len(feet))
 
 
-@pytest.mark.parametrize("n", [60, 500, 20_000])
-def test_patches_are_of_equal_size_and_hold_neighbours(n: int) -> None:
-    feet = square(n)
-    count = np.bincount(patches_of(feet))
-    assert len(count) == min(n, PATCHES) and np.ptp(count) <= 1
-    widths = [np.ptp(feet[patches_of(feet) == each], axis=0).max() for each in range(len(count))]
-    assert max(widths) < 0.3
-    assert np.bincount(grains_of(feet)).max() <= max(2 * GRAIN, -(-n // PATCHES))
-    assert np.array_equal(strips_of(np.arange(128.0)), np.arange(128) // 2)
+@pytest.mark.parametrize("ratio", [1.01, 10.0])
+def test_a_bar_is_a_cylinder_where_sizes_of_fields_are_missing(monkeypatch: Patch, ratio: float) -> None:
+    """`RATIO`: with steps too small large deviations are not looked at; with too large ones these are not."""
+    points = bar(6, 3000, 0.003, 3)
+    assert kinds(recognize(points)) == []
+    monkeypatch.setattr(fields, "ROUGH", (1.0 / ratio, 1.0, ratio))
+    monkeypatch.setattr(fields, "ROUGH_RANGES", (1.0 / ratio**2, 1.0 / ratio, 1.0))
+    monkeypatch.setattr(fields, "SMOOTH", (1.0, ratio, ratio**2, ratio**3))
+    monkeypatch.setattr(fields, "SMOOTH_RANGES", (0.5 / ratio, 1.0))
+    monkeypatch.setattr(fields, "_grid", fields._grid.__wrapped__)
+    assert kinds(recognize(points)) == ["cylinder"]
+
+
+def test_parameters_that_cost_nothing_make_a_pipe_a_cone(monkeypatch: Patch) -> None:
+    """`PRIOR`"""
+    points = pipe(800, 0.005, 4)
+    assert kinds(recognize(points)) == ["cylinder"]
+    for module in (fields, judge):
+        monkeypatch.setattr(module, "PRIOR", 0.0)
+    assert "cone" in kinds(recognize(points))
+
+
+def test_parameters_that_cost_too_much_hide_that_a_sheet_is_a_dome(monkeypatch: Patch) -> None:
+    """`PRIOR`"""
+    points = sheet(800, 0.005, 5, bow=0.007)
+    assert kinds(recognize(points)) == ["sphere"]
+    for module in (fields, judge):
+        monkeypatch.setattr(module, "PRIOR", 1e3)
+    assert kinds(recognize(points)) == []
 
 
 def test_white_noise_is_told_and_measured() -> None:
