@@ -1,11 +1,13 @@
 """Patches and grains: of equal size, of neighbours, and what goes wrong where they are of other sizes."""
 
+import itertools
 from functools import partial
 
 import numpy as np
 import pytest
 
 from primfit.fitting.cloud import cloud, patches
+from primfit.fitting.cloud._halves import halves
 from primfit.fitting.cloud.patches import GRAIN, PATCHES, grains_of, patches_of, strips_of
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.recognize import recognize
@@ -49,3 +51,19 @@ def test_patches_are_of_equal_size_and_hold_neighbours(n: int) -> None:
     assert max(widths) < 0.3
     assert np.bincount(grains_of(feet)).max() <= max(2 * GRAIN, -(-n // PATCHES))
     assert np.array_equal(strips_of(np.arange(128.0)), np.arange(128) // 2)
+
+
+@pytest.mark.parametrize("n", [64, 100, 1001])
+def test_halves_are_equal_nested_and_cut_where_the_cloud_is_widest(n: int) -> None:
+    points = np.random.default_rng(n).normal(size=(n, 3)) * [3.0, 2.0, 1.0]
+    numbers = [halves(points, times) for times in range(5)]
+    for coarse, fine in itertools.pairwise(numbers):
+        np.testing.assert_array_equal(fine // 2, coarse)
+        for piece in np.unique(coarse):
+            widest = int(np.argmax(np.ptp(points[coarse == piece], axis=0)))
+            low, high = (points[fine == 2 * piece + side, widest] for side in (0, 1))
+            assert low.max() <= high.min() and len(high) - len(low) in (0, 1)
+
+
+def test_halves_of_equal_places_are_in_the_order_of_their_listing() -> None:
+    assert halves(np.zeros((8, 3)), 2).tolist() == [0, 0, 1, 1, 2, 2, 3, 3]

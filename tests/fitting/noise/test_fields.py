@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import solve_triangular
 
 from primfit.fitting.cloud.patches import grains_of, patches_of, strips_of
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.noise import fields
+from primfit.fitting.noise._noise import solve_fields
 from primfit.fitting.noise.fields import Explanations, Patched, explanations, log_mean
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
@@ -131,3 +133,26 @@ def test_places_a_turn_apart_are_the_same() -> None:
 def test_a_mean_of_likelihoods_does_not_overflow() -> None:
     assert log_mean(np.array([1000.0, 1000.0])) == pytest.approx(1000.0)
     assert log_mean(np.array([])) == -np.inf
+
+
+def test_systems_of_fields_are_those_of_their_covariance() -> None:
+    """Built and solved by NumPy and SciPy; a size of 0 leaves a field out."""
+    draws, patches = np.random.default_rng(7), 24
+    places = draws.uniform(size=(patches, 2))
+    apart = np.linalg.norm(places[:, None] - places, axis=2)
+    bells = np.array([np.exp(-apart / 0.3), np.exp(-0.5 * (apart / 0.2) ** 2)])
+    white, columns = draws.uniform(0.5, 2.0, patches), draws.normal(size=(patches, 3))
+    which, sizes = np.array([[0, 1], [0, 1], [0, 1]]), np.array([[0.0, 0.0], [2.0, 0.0], [0.5, 3.0]])
+    halved, solved, root = solve_fields(white, bells, which, sizes, columns)
+    for t, (rough, smooth) in enumerate(sizes):
+        covariance = np.diag(white) + rough**2 * bells[0] + smooth**2 * bells[1]
+        lower = np.linalg.cholesky(covariance)
+        np.testing.assert_allclose(halved[t], solve_triangular(lower, columns, lower=True), rtol=1e-9)
+        np.testing.assert_allclose(solved[t], np.linalg.solve(covariance, columns), rtol=1e-9, atol=1e-12)
+        assert root[t] == pytest.approx(0.5 * np.linalg.slogdet(covariance)[1])
+
+
+def test_a_covariance_that_is_none_has_no_likelihood() -> None:
+    bell = np.array([[[1.0, 2.0], [2.0, 1.0]]])
+    root = solve_fields(np.full(2, 1e-3), bell, np.array([[0]]), np.array([[1.0]]), np.ones((2, 1)))[2]
+    assert np.isinf(root).all()

@@ -126,3 +126,30 @@ def test_a_bow_of_half_the_noise_makes_intervals_longer() -> None:
     # as much as it rises, half the noise over the same
     tilt = 0.002 * np.sqrt(12.0)
     assert flat.standard_deviations[0] < 1.5 * tilt / np.sqrt(900) < tilt / 2.0 < bent.standard_deviations[0]
+
+
+def test_fields_of_no_range_and_of_endless_range_are_sums_within_and_over_patches() -> None:
+    """The first leaves each patch a variance of its own; the second moves all patches alike."""
+    linear, feet = flat(300, np.random.default_rng(3))
+    patch, seen = patches_of(feet), np.ones(300, bool)
+    sums = np.array([linear.rows[patch == each].sum(axis=0) for each in np.unique(patch)])
+    only_rough = replace(two_fields(patch, seen, 0.4), smooth=np.zeros(1))
+    none = np.zeros((3, 3))
+    short, endless = (
+        replace(only_rough, rough_range=np.array([span])).meats(none, linear.rows, feet)[0]
+        for span in (1e-6, 1e9)
+    )
+    np.testing.assert_allclose(short, 3.0 * sums.T @ sums, rtol=1e-9)
+    total = linear.rows.sum(axis=0)
+    np.testing.assert_allclose(endless, 3.0 * np.outer(total, total), rtol=1e-6, atol=1e-6)
+
+
+def test_ripple_longer_than_a_patch_is_seen_whatever_the_unit_and_the_listing() -> None:
+    points = sample(EXAMPLES["cylinder"], 1500)
+    outward = EXAMPLES["cylinder"].gradient(points)
+    points = points + 0.005 * waves(np.random.default_rng(5), points / 0.15)[:, None] * outward
+    one = known(points, "cylinder").correlation
+    other = known(1000.0 * points[np.random.default_rng(6).permutation(1500)], "cylinder").correlation
+    assert one is not None and other is not None
+    assert (other.share, other.power) == (pytest.approx(one.share, rel=1e-6), one.power)
+    assert other.length == pytest.approx(1000.0 * one.length, rel=1e-6)

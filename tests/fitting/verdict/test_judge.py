@@ -1,6 +1,6 @@
 """The comparison of the kinds: bows, bars, rings, what a caller tolerates, and what each number is for."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pytest
@@ -53,9 +53,7 @@ def prism(faces: int, n: int, noise: float, seed: int) -> Array:
 
 def test_a_cone_on_a_short_arc_may_be_a_cylinder(monkeypatch: Patch) -> None:
     """`DECIDED`"""
-    cone = Cone(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.3)
-    points = cone.surface(rng(17, 0).uniform(-0.15, 0.15, 1000), rng(17, 1).uniform(1.0, 2.0, 1000))
-    points = points + 0.002 * rng(17, 2).normal(size=points.shape)
+    points = arc_of_a_cone()
     assert kinds(recognize(points)) == ["cylinder", "cone"]
     monkeypatch.setattr(judge, "DECIDED", 0.0)
     assert kinds(recognize(points)) == ["cylinder"]
@@ -230,3 +228,49 @@ def test_attempts_carry_their_evidence_beside_that_of_the_answer() -> None:
     evidence = {attempt.kind: attempt.evidence for attempt in answer.attempts}
     assert evidence["cylinder"] == 0.0
     assert evidence["cone"] is not None and evidence["cone"] < 0.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_probabilities_before_the_evidence_are_those_of_a_law(seed: int) -> None:
+    """They sum to 1 for any ranking, and keep its order."""
+    ranking = np.sort(np.random.default_rng(seed).dirichlet(np.full(len(KINDS), 0.3)))
+    priors = np.array([prior_of(probability) for probability in ranking])
+    assert np.exp(priors).sum() == pytest.approx(1.0)
+    assert (np.diff(priors) >= 0.0).all()
+    assert len(KINDS) * np.exp(prior_of(None)) == pytest.approx(1.0)
+
+
+def arc_of_a_cone(noise: float = 0.002) -> Array:
+    """Short enough for a cylinder to fit nearly as well."""
+    cone = Cone(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.3)
+    points = cone.surface(rng(17, 0).uniform(-0.15, 0.15, 1000), rng(17, 1).uniform(1.0, 2.0, 1000))
+    return np.asarray(points + noise * rng(17, 2).normal(size=points.shape))
+
+
+@pytest.mark.parametrize(("noise", "alternatives"), [(0.0005, 0), (0.002, 1), (0.004, 0)])
+def test_kinds_are_told_apart_from_20_to_1(noise: float, alternatives: int) -> None:
+    answer = recognize(arc_of_a_cone(noise))
+    as_likely = {
+        attempt.kind
+        for attempt in answer.attempts
+        if attempt.evidence is not None and 1.0 < np.exp(-attempt.evidence) < np.exp(3.0)
+    }
+    assert {other.primitive.kind for other in answer.alternatives} == as_likely
+    assert len(as_likely) == alternatives and answer.status == ("ambiguous" if alternatives else "fitted")
+
+
+def test_the_more_noise_the_simpler_the_kind() -> None:
+    """What does not show any more is not answered: the angle of the cone first, and then its curvature."""
+    answers = [recognize(arc_of_a_cone(noise)).primitive for noise in (0.0003, 0.004, 0.01)]
+    assert [answer.kind for answer in answers if answer] == ["cone", "cylinder", "plane"]
+
+
+@pytest.mark.parametrize("make", [arc_of_a_cone, lambda: pipe(600, 0.005, 4), lambda: ball(600, 0.005, 7)])
+def test_the_order_in_which_kinds_are_allowed_changes_nothing(make: Callable[[], Array]) -> None:
+    points = make()
+    one, other = recognize(points), recognize(points, Config(kinds=KINDS[::-1]))
+    assert (one.status, kinds(one)) == (other.status, kinds(other))
+    assert one.primitive is not None and other.primitive is not None
+    assert (
+        np.abs(one.primitive.signed_distance(points) - other.primitive.signed_distance(points)).max() < 1e-9
+    )
