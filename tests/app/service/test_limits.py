@@ -222,6 +222,7 @@ BIG = {
 }
 
 
+@pytest.mark.clock
 @pytest.mark.parametrize("make", BIG.values(), ids=BIG)
 def test_livez_answers_while_the_service_is_at_work(service: Any, make: Any) -> None:
     """In one of three tries: other programs may slow one of them down, a blocked event loop all of them."""

@@ -57,13 +57,13 @@ def test_jobs_are_done_in_another_process_one_after_the_other() -> None:
 def test_a_job_over_the_limit_is_killed_and_the_next_one_done() -> None:
     async def use(pool: WorkerPool) -> None:
         first = pool.greeting
-        with pytest.raises(TimeLimitError, match=r"0\.3 s"):
+        with pytest.raises(TimeLimitError, match=r"1\.5 s"):
             await pool.run(60.0, _wanted)
         assert await pool.run(0.0, _wanted) is None
         assert pool.greeting != first
         assert pool.n_restarts == 1
 
-    _with_pool(time.sleep, use, time_limit=0.3)
+    _with_pool(time.sleep, use, time_limit=1.5)
 
 
 def test_a_worker_that_ends_is_reported_and_replaced() -> None:
