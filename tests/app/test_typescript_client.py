@@ -18,6 +18,7 @@ OFFLINE = re.compile(r"E(NOTFOUND|CONNREFUSED|CONNRESET|AI_AGAIN|TIMEDOUT|HOSTUN
 
 pytestmark = [
     pytest.mark.node,
+    pytest.mark.slow,
     pytest.mark.skipif(not (shutil.which("node") and shutil.which("npm")), reason="needs node and npm"),
 ]
 

@@ -280,9 +280,9 @@ def test_foreign_shapes_are_nothing_and_scans_are() -> None:
 
     Saddles within 0.2 % of the extent of a torus are tori.
     """
-    foreign = [cloud(replace(RECIPES["foreign"], seed=91), i).points for i in range(36)]
-    scans = [cloud(replace(RECIPES["scanner"], seed=91), i).points for i in range(20)]
-    assert sum(recognize(points).status == "no_fit" for points in foreign) >= 30
+    foreign = [cloud(replace(RECIPES["foreign"], seed=91), i).points for i in range(18)]
+    scans = [cloud(replace(RECIPES["scanner"], seed=91), i).points for i in range(10)]
+    assert sum(recognize(points).status == "no_fit" for points in foreign) >= 15
     assert sum(recognize(points).status == "no_fit" for points in scans) <= 1
 
 

@@ -14,18 +14,17 @@ import numpy as np
 import pytest
 
 from primfit.app.service.server import ListenError, is_loopback, listen
-from tests.app.serving import PATIENCE, Background, running, wait_for
+from tests.app.processes import needs_proc
+from tests.app.serving import PATIENCE, Background, running, wait_for, workers
 from tests.paths import EXAMPLES
 
-posix = pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX")
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
 
 
-@pytest.fixture(scope="module")
-def large() -> bytes:
-    """A noisy torus of a million points, which takes a second or more to fit."""
+def _npy(n_points: int) -> bytes:
+    """A noisy torus; of 100,000 points it is too large to be kept in memory."""
     rng = np.random.default_rng(4)
-    ring, tube = rng.uniform(0, 5, (2, 1_000_000))
+    ring, tube = rng.uniform(0, 5, (2, n_points))
     distance = 3.0 + np.cos(tube)
     points = np.column_stack([distance * np.cos(ring), distance * np.sin(ring), np.sin(tube)])
     stream = io.BytesIO()
@@ -33,12 +32,14 @@ def large() -> bytes:
     return stream.getvalue()
 
 
-def _under_way(service: Any, body: bytes) -> Background:
-    """A request that a worker is busy with."""
-    request = Background(service, body)
+def _held(service: Any) -> tuple[int, Background]:
+    """The only worker, which is held up, and the request that it has."""
+    (worker,) = workers(service.pid)
+    os.kill(worker, signal.SIGSTOP)
+    request = Background(service, _npy(100_000))
     request.start()
     wait_for(lambda: "\nprimfit_workers_busy 1.0\n" in service.client.get("/metrics").text)
-    return request
+    return worker, request
 
 
 @pytest.mark.parametrize(
@@ -63,11 +64,11 @@ def test_a_foreign_address_is_refused() -> None:
         listen("192.0.2.1", 0)
 
 
-@posix
+@needs_proc
 @pytest.mark.parametrize("whole_group", [False, True], ids=["the service", "all its processes"])
-def test_a_request_under_way_is_answered_in_full(tmp_path: Path, large: bytes, whole_group: bool) -> None:
+def test_a_request_under_way_is_answered_in_full(tmp_path: Path, whole_group: bool) -> None:
     with running(tmp_path / "bodies", workers=1, stop_patience=60) as service:
-        request = _under_way(service, large)
+        worker, request = _held(service)
         if whole_group:
             os.killpg(service.pid, signal.SIGTERM)
         else:
@@ -76,18 +77,19 @@ def test_a_request_under_way_is_answered_in_full(tmp_path: Path, large: bytes, w
         assert request.is_alive()
         with pytest.raises(httpx.ConnectError):
             httpx.get(f"http://127.0.0.1:{service.port}/livez")
+        os.kill(worker, signal.SIGCONT)
         request.join()
         assert request.response.status_code == 200
         assert request.response.json()["primitive"]["kind"] == "torus"
-        assert request.response.json()["receipt"]["n_points"] == 1_000_000
+        assert request.response.json()["receipt"]["n_points"] == 100_000
         assert service.process.wait(PATIENCE) == 0
         assert not list(service.temporary_directory.iterdir())
 
 
-@posix
-def test_a_request_that_takes_longer_is_told_so(tmp_path: Path, large: bytes) -> None:
+@needs_proc
+def test_a_request_that_takes_longer_is_told_so(tmp_path: Path) -> None:
     with running(tmp_path / "bodies", workers=1, stop_patience=0) as service:
-        request = _under_way(service, large)
+        _, request = _held(service)
         os.kill(service.pid, signal.SIGTERM)
         request.join()
         assert request.response.status_code == 503
@@ -97,7 +99,7 @@ def test_a_request_that_takes_longer_is_told_so(tmp_path: Path, large: bytes) ->
         assert "Traceback" not in service.log.read_text()
 
 
-@posix
+@pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX")
 def test_for_a_while_it_works_on_and_says_that_it_will_stop(tmp_path: Path) -> None:
     with running(tmp_path / "bodies", workers=1, stop_delay=5) as service:
         start = time.monotonic()

@@ -82,8 +82,9 @@ def test_a_listing_of_a_large_cloud_does_not_show() -> None:
     assert np.abs(one.signed_distance(points) - two.signed_distance(points)).max() < 1e-12
 
 
-@pytest.mark.parametrize("n", [900, 15_000, 30_000])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("kind", "n"), [*((kind, n) for kind in KINDS for n in (900, 15_000)), ("torus", 30_000)]
+)
 def test_repeated_points_change_nothing(kind: str, n: int) -> None:
     """15,000 points twice are more than are searched in a whole."""
     points = noisy(EXAMPLES[kind], n, 0.01)

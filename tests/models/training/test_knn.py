@@ -6,7 +6,7 @@ from primfit.models.training.knn import build, main, train
 from primfit.models.training.metrics import metrics
 from primfit.models.weights import load
 
-FEW = {"benchmark": 20, "scanner": 15, "sensor": 10}
+FEW = {"benchmark": 12, "scanner": 6, "sensor": 4}
 
 
 def test_one_seed_one_file(tmp_path):
