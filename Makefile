@@ -1,6 +1,7 @@
 # make run    start the service and show an answer       make test        the fast test suite, without torch
 # make setup  install what serving needs                 make test-torch  the tests that need torch
 # make test-slow  the fits against brute-force optima, some minutes
+# make test-clock  what compares times by the clock, on a machine with nothing else to do
 # make test-schema  the service against its OpenAPI document with made-up requests, some minutes
 # make image  build the container image                  make lint        ruff, mypy, import rules
 # make weights  train both classifiers again             make clean       remove what these verbs made
@@ -18,6 +19,8 @@ VENV_TORCH ?= .venv-torch
 VENV_PEERS  = .venv-peers
 # Processes that draw the clouds of `make weights`.
 PROCESSES ?= 2
+# Processes that share the tests, a module each at a time.
+TEST_PROCESSES ?= 2
 # Pinned: this release has a CPU build for Python 3.11. pyproject.toml gives the range.
 TORCH  ?= torch==2.13.0
 
@@ -32,9 +35,11 @@ export BUILDAH_FORMAT = docker
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
+PYTEST_SHARED = $(VENV)/bin/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --durations 10
+
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-schema test-torch lint weights training-figures example openapi constants bench bench-peers bench-full image clean
+.PHONY: run setup test test-slow test-clock test-schema test-torch lint weights training-figures example openapi constants bench bench-peers bench-full image clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -43,10 +48,13 @@ run: setup
 setup: $(VENV)/.serving
 
 test: $(VENV)/.dev
-	$(VENV)/bin/python -m pytest -m "not slow and not docker and not schema"
+	$(PYTEST_SHARED) -m "not slow and not clock and not docker and not schema"
 
 test-slow: $(VENV)/.dev
-	$(VENV)/bin/python -m pytest -m slow
+	$(PYTEST_SHARED) -m slow
+
+test-clock: $(VENV)/.dev
+	$(VENV)/bin/python -m pytest -m clock
 
 test-schema: $(VENV)/.dev
 	$(VENV)/bin/python -m pytest -m schema --capture no

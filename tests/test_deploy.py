@@ -12,7 +12,8 @@ import kubernetes_validate
 import pytest
 import yaml
 
-ROOT = Path(__file__).parent.parent
+from tests.paths import ROOT
+
 KUBERNETES = ROOT / "deploy" / "kubernetes.yaml"
 HADOLINT = shutil.which("hadolint", path=f"{Path(sys.executable).parent}:{os.environ['PATH']}")
 

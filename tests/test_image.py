@@ -12,14 +12,15 @@ import threading
 import time
 import urllib.request
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.paths import EXAMPLES
+
 ENGINE = os.environ.get("PRIMFIT_ENGINE", "docker")
 IMAGE = os.environ.get("PRIMFIT_IMAGE")
-EXAMPLE = Path(__file__).parent.parent / "app" / "examples" / "cylinder.csv"
+EXAMPLE = EXAMPLES / "cylinder.csv"
 PORT = 18473
 PATIENCE = 60
 ENTER = """set -eu

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from tests.paths import ROOT
+
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 HOUSES = ("app", "benchmark", "fitting", "models", "synthetic")
 
@@ -52,6 +53,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
     return zipfile.ZipFile(built)
 
 
+@pytest.mark.slow
 def test_wheel_holds_code_weights_examples_and_licence(wheel: zipfile.ZipFile) -> None:
     names = set(wheel.namelist())
     for file in [*(ROOT / "models" / "weights").glob("*.*"), *(ROOT / "app" / "examples").iterdir()]:
@@ -63,6 +65,7 @@ def test_wheel_holds_code_weights_examples_and_licence(wheel: zipfile.ZipFile) -
     assert any(name.endswith("licenses/LICENSE") for name in names)
 
 
+@pytest.mark.slow
 def test_wheel_installs_one_name(wheel: zipfile.ZipFile) -> None:
     assert {name.split("/")[0].split("-")[0] for name in wheel.namelist()} == {"primfit"}
 

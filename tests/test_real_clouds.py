@@ -1,7 +1,6 @@
 """The 24 real clouds of SHREC 2022, where a development copy of the data lies beside the checkout."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +9,9 @@ from primfit import export, fit
 from primfit.app.exports import FORMATS
 from primfit.benchmark.measures import is_right, l2
 from primfit.benchmark.track import shrec22_cases
+from tests.paths import SHARED
 
-DATA = Path(__file__).parents[2] / "shared" / "data" / "shrec22"
+DATA = SHARED / "data" / "shrec22"
 
 pytestmark = pytest.mark.skipif(
     not DATA.is_dir(), reason=f"no SHREC 2022 clouds in {DATA.name} beside the checkout"

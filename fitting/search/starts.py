@@ -43,23 +43,21 @@ def ranked_starts(view: View, rng: np.random.Generator, extra: Sequence[Array] =
     kind, limits = trial.primitive, trial.limits
     there = points if limits is None else points + limits.pivot
 
-    def settled(other: str, rows: Array) -> Array:
-        return _settled(Trial(other, trial.cloud), rows, there, RANKING_STEPS)[0]
+    def ranked(other: str, rows: Array) -> Array:
+        return settled(Trial(other, trial.cloud), rows, there, RANKING_STEPS)[0]
 
     guesses = np.vstack([kind.initial_guesses(there, normals, rng), *extra])
-    guesses = np.vstack([guesses, kind.later_guesses(there, normals, rng, settled)])
+    guesses = np.vstack([guesses, kind.later_guesses(there, normals, rng, ranked)])
     if limits is not None:
         guesses = limits.guesses(guesses, there, normals, rng)
-    return _settled(trial, guesses, points, RANKING_STEPS)[0]
+    return settled(trial, guesses, points, RANKING_STEPS)[0]
 
 
 def distinct_starts(starts: Array, view: View) -> list[Array]:
     """Of the better starts, after some more steps, the best few that have not come to the same end."""
     chosen: list[Array] = []
     ends: list[Array] = []
-    rows, distances = _settled(
-        view.trial, starts[:SETTLED_STARTS], view.points[:GUESS_POINTS], SETTLING_STEPS
-    )
+    rows, distances = settled(view.trial, starts[:SETTLED_STARTS], view.points[:GUESS_POINTS], SETTLING_STEPS)
     for row, distance in zip(rows, np.abs(distances), strict=True):
         if all(np.linalg.norm(distance - other) > SAME_END * np.linalg.norm(other) for other in ends):
             chosen.append(row)
@@ -77,13 +75,13 @@ def distance_to(trial: Trial, surface: Primitive, rng: np.random.Generator) -> f
     points = trial.cloud.working[trial.cloud.sample[:GUESS_POINTS]]
     feet = points - surface.signed_distance(points)[:, None] * surface.gradient(points)
     guesses = trial.primitive.initial_guesses(feet, surface.gradient(feet), rng)
-    _, distances = _settled(trial.free, guesses, feet, RANKING_STEPS)
+    _, distances = settled(trial.free, guesses, feet, RANKING_STEPS)
     if not len(distances):
         return np.inf
     return float(np.sqrt(np.min(np.mean(distances**2, axis=1))))
 
 
-def _settled(trial: Trial, rows: Array, points: Array, steps: int) -> tuple[Array, Array]:
+def settled(trial: Trial, rows: Array, points: Array, steps: int) -> tuple[Array, Array]:
     """Rows (K, 9) after some robust steps, with their distances (K, N), the best first; all of them finite.
 
     For each step the scale of a Geman-McClure kernel is twice the median distance, but at least the rounding.

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from tests.app.serving import ALICE, EXAMPLES, NAMELESS, Service, running
+from tests.app.serving import ALICE, NAMELESS, Service, running
+from tests.paths import EXAMPLES
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-import socket
+import re
 import subprocess
 import sys
 import threading
@@ -14,8 +14,11 @@ from pathlib import Path
 
 import httpx
 
-EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
+from tests.paths import EXAMPLES as EXAMPLES
+from tests.paths import ROOT
+
 PATIENCE = 60.0
+LISTENING = re.compile(r"Listening on 127\.0\.0\.1 port (\d+)")
 ALICE, NAMELESS = "c0ffee-c0ffee-c0ffee", "0123456789abcdef0123456789abcdef"
 """The keys of `guarded_service`."""
 
@@ -41,21 +44,18 @@ class Service:
 
 
 @contextmanager
-def running(
-    directory: Path, ready: bool = True, code: Path = EXAMPLES.parents[1], **settings: object
-) -> Iterator[Service]:
+def running(directory: Path, ready: bool = True, code: Path = ROOT, **settings: object) -> Iterator[Service]:
     """Start `primfit serve` of this code with these settings, wait until it is ready, stop it in the end."""
     directory.mkdir(exist_ok=True)
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
     names = {f"PRIMFIT_{name.upper()}": str(value) for name, value in settings.items()}
     environment = {**os.environ, **names, "PRIMFIT_TEMPORARY_DIRECTORY": str(directory)}
-    command = [sys.executable, "-m", "primfit", "serve", "--port", str(port)]
+    command = [sys.executable, "-m", "primfit", "serve", "--port", "0"]
     log = directory.with_suffix(".log")
     with log.open("wb") as stderr:
         process = subprocess.Popen(command, env=environment, cwd=code, stderr=stderr, start_new_session=True)
     try:
+        wait_for(lambda: LISTENING.search(log.read_text()) is not None)
+        port = int(LISTENING.findall(log.read_text())[0])
         with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client:
             wait_for(lambda: _status(client) == 200 if ready else _status(client) is not None)
             yield Service(client, port, process, directory, log)

@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.paths import DOCS, ROOT
+
 BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-BLOCKS = BLOCK.findall((ROOT / "docs" / "clients.md").read_text())
+BLOCKS = BLOCK.findall((DOCS / "clients.md").read_text())
 
 
 @pytest.fixture(scope="module")

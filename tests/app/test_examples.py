@@ -4,7 +4,6 @@ import json
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -13,8 +12,7 @@ from primfit.app.engine.segments import fit_segments
 from primfit.app.readers import read_file
 from primfit.synthetic.draw import clouds
 from primfit.synthetic.recipes import RECIPES
-
-EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
+from tests.paths import EXAMPLES
 
 
 def _same(shown: object, given: object) -> bool:

@@ -7,7 +7,6 @@ import json
 from collections.abc import Callable, Iterator
 from functools import partial
 from importlib.metadata import version
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -20,10 +19,10 @@ from primfit.app.readers import read
 from tests.app.generating import generated_client
 from tests.app.serving import ALICE
 from tests.fitting.by_hand import ambiguous
+from tests.paths import DOCS, EXAMPLES
 
-EXAMPLES = Path(__file__).parents[2] / "app" / "examples"
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
-DOCUMENT = json.loads((Path(__file__).parents[2] / "docs" / "openapi.json").read_bytes())
+DOCUMENT = json.loads((DOCS / "openapi.json").read_bytes())
 OPERATIONS = [
     f"{operation['tags'][0]}.{operation['operationId']}"
     for path in DOCUMENT["paths"].values()

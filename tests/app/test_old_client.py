@@ -5,7 +5,6 @@ import importlib
 import io
 import json
 from collections.abc import Iterator
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -16,10 +15,11 @@ from primfit.app.engine.answer import answer, to_json
 from primfit.app.readers import read
 from primfit.fitting.primitives import parameters
 from tests.app.generating import generated_client
-from tests.app.serving import EXAMPLES, Service
+from tests.app.serving import Service
 from tests.fitting.by_hand import ambiguous
+from tests.paths import EXAMPLES, ROOT
 
-DOCUMENT = gzip.decompress((Path(__file__).parents[1] / "clients" / "openapi-0.1.json.gz").read_bytes())
+DOCUMENT = gzip.decompress((ROOT / "tests" / "clients" / "openapi-0.1.json.gz").read_bytes())
 NAME = "primfit_client_0_1"
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()

@@ -3,15 +3,14 @@
 import doctest
 import re
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from primfit.app.engine import estimator
+from tests.paths import DOCS, ROOT
 
-ROOT = Path(__file__).parents[2]
-TEXT = (ROOT / "docs" / "python.md").read_text()
+TEXT = (DOCS / "python.md").read_text()
 SCENE, *BLOCKS = re.findall(r"^```pycon\n(.*?)^```$", TEXT, re.DOTALL | re.MULTILINE)
 
 

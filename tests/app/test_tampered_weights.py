@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.app.serving import EXAMPLES, running, wait_for
-
-ROOT = EXAMPLES.parents[1]
+from tests.app.serving import running, wait_for
+from tests.paths import EXAMPLES, ROOT
 
 
 class _Bomb:

@@ -3,12 +3,12 @@
 import re
 import shutil
 import subprocess
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.paths import DOCS, ROOT
+
 SOURCE = ROOT / "tests" / "clients" / "typescript"
 # node_modules stay here from one run to the next.
 BUILD = ROOT / "build" / "typescript-client"
@@ -18,6 +18,7 @@ OFFLINE = re.compile(r"E(NOTFOUND|CONNREFUSED|CONNRESET|AI_AGAIN|TIMEDOUT|HOSTUN
 
 pytestmark = [
     pytest.mark.node,
+    pytest.mark.slow,
     pytest.mark.skipif(not (shutil.which("node") and shutil.which("npm")), reason="needs node and npm"),
 ]
 
@@ -41,7 +42,7 @@ def packages() -> None:
     for path in SOURCE.iterdir():
         if path.is_file():
             shutil.copy(path, BUILD)
-    blocks = IN_DOCS.findall((ROOT / "docs" / "clients.md").read_text())
+    blocks = IN_DOCS.findall((DOCS / "clients.md").read_text())
     (BUILD / "fit.ts").write_text("".join(blocks))
     if installed.exists() and installed.read_text() == lock:
         return

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -14,8 +13,7 @@ from primfit.benchmark.command import BAD_INPUT, INTERRUPTED, bench
 from primfit.benchmark.records import TIMES, RecordsFile
 from primfit.benchmark.report import pictures
 from primfit.models.weights import load
-
-ROOT = Path(__file__).parents[2]
+from tests.paths import ROOT
 
 
 @pytest.fixture(scope="module")

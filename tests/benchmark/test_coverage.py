@@ -96,6 +96,7 @@ def test_the_bound_is_near_what_is_claimed(kind: str) -> None:
     assert found.status == "fitted" and all(square < 16.0 for square in found.relative.values())
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_table_and_a_picture(tmp_path: Path) -> None:
     assert bench(["coverage", "--n", "1", "--seed", "5", "--out", str(tmp_path)]) == 0
     text = (tmp_path / "uncertainty-coverage.md").read_text(encoding="utf-8")

@@ -16,6 +16,7 @@ def small(monkeypatch):
     monkeypatch.setattr(service, "IN_A_ROW", 2)
 
 
+@pytest.mark.slow
 def test_requests_are_measured_beside_the_fit_alone(small, tmp_path, capsys):
     assert bench(["service", "--turns", "1", "--out", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()

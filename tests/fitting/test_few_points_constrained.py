@@ -15,7 +15,7 @@ from primfit.fitting.request.constraints import Constraints
 from primfit.fitting.solver.refine import refine, stepped
 from primfit.fitting.trial.limits import Limits
 from tests.fitting.clouds import EXAMPLES, Array, noisy, sample
-from tests.fitting.test_constraints import CASES, IDS
+from tests.fitting.constrained import CASES, IDS
 
 KNOWN: list[tuple[str, tuple[str, ...], int]] = [
     ("plane", ("normal",), 1),
@@ -32,7 +32,6 @@ KNOWN: list[tuple[str, tuple[str, ...], int]] = [
     ("torus", ("major_radius", "minor_radius"), 5),
 ]
 """A kind, what is known of it, and how many parameters that leaves free."""
-
 known = pytest.mark.parametrize(("kind", "names", "free"), KNOWN)
 
 

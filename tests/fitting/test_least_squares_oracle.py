@@ -33,7 +33,7 @@ kinds = pytest.mark.parametrize("kind", KINDS)
 
 
 @kinds
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_least_squares_is_the_optimum(kind: str, seed: int) -> None:
     check_against_oracle(kind, seed, starts=2)
 
@@ -41,8 +41,10 @@ def test_least_squares_is_the_optimum(kind: str, seed: int) -> None:
 @pytest.mark.parametrize(
     ("kind", "seed"),
     [
-        *(("torus", seed) for seed in (239, 477, 547)),
-        *(("cone", seed) for seed in (145, 199, 384, 461, 565)),
+        ("torus", 477),
+        ("cone", 384),
+        *(pytest.param("torus", seed, marks=pytest.mark.slow) for seed in (239, 547)),
+        *(pytest.param("cone", seed, marks=pytest.mark.slow) for seed in (145, 199, 461, 565)),
     ],
 )
 def test_least_squares_comes_to_rest_where_a_direction_is_weakly_determined(kind: str, seed: int) -> None:
@@ -52,7 +54,7 @@ def test_least_squares_comes_to_rest_where_a_direction_is_weakly_determined(kind
 
 @pytest.mark.slow
 @kinds
-@pytest.mark.parametrize("seed", range(4, 60))
+@pytest.mark.parametrize("seed", range(2, 60))
 def test_least_squares_is_the_optimum_of_many_parts(kind: str, seed: int) -> None:
     check_against_oracle(kind, seed, starts=6)
 

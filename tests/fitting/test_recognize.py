@@ -8,7 +8,7 @@ import pytest
 
 from primfit.benchmark.cases import CASE_SETS
 from primfit.fitting.answer.result import Recognition
-from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
+from primfit.fitting.errors import InvalidPointCloudError
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.cone import Cone
@@ -53,6 +53,16 @@ def reverse_of(kind: str) -> Fixed:
 
 def right(cloud: SyntheticCloud, answer: Recognition) -> bool:
     return answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == cloud.kind
+
+
+class TorusFirst(Sure):
+    """Ranks the torus first and the plane nearly last."""
+
+    def __init__(self) -> None:
+        super().__init__("torus")
+
+    def rank(self, points: np.ndarray, normals: np.ndarray) -> Mapping[str, float]:
+        return {"plane": 0.01, "sphere": 0.03, "cylinder": 0.03, "cone": 0.03, "torus": 0.9}
 
 
 @examples
@@ -175,16 +185,6 @@ def test_fifty_noisy_points_are_enough(primitive: Primitive) -> None:
     assert answer.primitive.kind == primitive.kind
 
 
-class TorusFirst(Sure):
-    """Ranks the torus first and the plane nearly last."""
-
-    def __init__(self) -> None:
-        super().__init__("torus")
-
-    def rank(self, points: np.ndarray, normals: np.ndarray) -> Mapping[str, float]:
-        return {"plane": 0.01, "sphere": 0.03, "cylinder": 0.03, "cone": 0.03, "torus": 0.9}
-
-
 def test_a_kind_left_out_comes_back_when_the_best_one_changes() -> None:
     """Beside the torus the plane is improbable; beside the large sphere that replaces it, it is asked for."""
     rng = np.random.default_rng(0)
@@ -233,93 +233,9 @@ def test_the_same_points_give_the_same_answer() -> None:
     assert [a.reason for a in first.attempts] == [a.reason for a in second.attempts]
 
 
-def test_normals_are_used_when_given() -> None:
-    cylinder = EXAMPLES["cylinder"]
-    points = noisy(cylinder, 300, 0.01)
-    answer = recognize(points, normals=3.0 * cylinder.gradient(points))
-    assert answer.status == "fitted" and answer.primitive is not None and answer.primitive.kind == "cylinder"
-    with pytest.raises(InvalidPointCloudError, match=r"\(299, 3\)"):
-        recognize(points, normals=cylinder.gradient(points)[:-1])
-
-
-def test_errors_are_those_of_the_points() -> None:
-    points = noisy(EXAMPLES["sphere"], 700, 0.01)
-    answer = recognize(points, Config(kinds=("sphere",)))
-    assert answer.primitive is not None and answer.error is not None
-    distance = np.abs(answer.primitive.signed_distance(points))
-    assert answer.error.rms == pytest.approx(np.sqrt(np.mean(distance**2)))
-    assert answer.error.mean == pytest.approx(distance.mean())
-    assert answer.error.p95 == pytest.approx(np.percentile(distance, 95))
-    assert answer.error.max == pytest.approx(distance.max())
-    assert answer.error.relative_mean == pytest.approx(
-        distance.mean() / np.linalg.norm(np.ptp(points, axis=0))
-    )
-
-
-LINE = np.outer(np.linspace(-1, 1, 50), [1.0, 2.0, 3.0])
-
-
-@pytest.mark.parametrize(
-    ("points", "message"),
-    [
-        (np.zeros((0, 3)), "0 points"),
-        (np.zeros((2, 3)), "2 points given; at least 3"),
-        (np.ones((50, 3)), "all 50 points are the same"),
-        (LINE, "collinear"),
-        (LINE + 1e6, "collinear"),
-        (np.repeat(np.eye(3)[:2], 30, axis=0), "collinear"),
-        (np.ones((50, 2)), r"shape \(50, 2\)"),
-        (np.ones(9), r"shape \(9,\)"),
-        ([[1, 2, 3], [4, 5]], "cannot be read"),
-        ([["a", "b", "c"]] * 4, "cannot be read"),
-        (1e120 * sample(EXAMPLES["sphere"], 20), "limit is 1e\\+100"),
-        (1e-120 * sample(EXAMPLES["sphere"], 20), "limit is 1e-100"),
-    ],
-)
-def test_what_cannot_be_a_cloud_is_an_error(points: object, message: str) -> None:
-    with pytest.raises(InvalidPointCloudError, match=message):
-        recognize(points)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_non_finite_coordinates_are_named(value: float) -> None:
-    points = sample(EXAMPLES["sphere"], 50)
-    points[17, 2] = value
-    with pytest.raises(InvalidPointCloudError, match=r"1 of 50 points .* points\[17\]"):
-        recognize(points)
-
-
 def test_fewer_points_than_every_allowed_kind_takes_is_an_error() -> None:
     with pytest.raises(InvalidPointCloudError, match="5 points given; a torus needs at least 7"):
         recognize(sample(EXAMPLES["torus"], 5), Config(kinds=("torus",)))
-
-
-@pytest.mark.parametrize(
-    ("options", "field"),
-    [
-        ({"kinds": ()}, "kinds"),
-        ({"kinds": ("cube",)}, "kinds"),
-        ({"kinds": ("plane", "plane")}, "kinds"),
-        ({"criterion": "best"}, "criterion"),
-        ({"max_error": 0.0}, "max_error"),
-        ({"max_error": float("nan")}, "max_error"),
-        ({"max_error": 2.0}, "max_error"),
-        ({"max_error": "small"}, "max_error"),
-        ({"seed": -1}, "seed"),
-        ({"seed": 1.5}, "seed"),
-        ({"kinds": "plane"}, "kinds"),
-    ],
-)
-def test_options_out_of_range_are_named(options: dict, field: str) -> None:
-    with pytest.raises(InvalidOptionError) as caught:
-        Config(**options)
-    assert caught.value.field == field
-
-
-def test_numbers_of_numpy_are_numbers() -> None:
-    points = noisy(EXAMPLES["plane"], 100, 0.01)
-    config = Config(seed=np.int64(3), max_error=np.float32(0.5))  # type: ignore[arg-type]
-    assert recognize(points, config).to_json() == recognize(points, Config(seed=3, max_error=0.5)).to_json()
 
 
 def test_the_noise_model_says_what_was_put_in() -> None:
@@ -365,9 +281,9 @@ def test_foreign_shapes_are_nothing_and_scans_are() -> None:
 
     Saddles within 0.2 % of the extent of a torus are tori.
     """
-    foreign = [cloud(replace(RECIPES["foreign"], seed=91), i).points for i in range(36)]
-    scans = [cloud(replace(RECIPES["scanner"], seed=91), i).points for i in range(20)]
-    assert sum(recognize(points).status == "no_fit" for points in foreign) >= 30
+    foreign = [cloud(replace(RECIPES["foreign"], seed=91), i).points for i in range(18)]
+    scans = [cloud(replace(RECIPES["scanner"], seed=91), i).points for i in range(10)]
+    assert sum(recognize(points).status == "no_fit" for points in foreign) >= 15
     assert sum(recognize(points).status == "no_fit" for points in scans) <= 1
 
 

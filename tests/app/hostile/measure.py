@@ -12,10 +12,10 @@ import struct
 import subprocess
 import sys
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from primfit.app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, read
+from tests.paths import ROOT
 
 LIMITS = Limits(points=5_000_000, json_points=200_000, unpacked_bytes=64 * 2**20)
 MEMORY = 64 * 2**20
@@ -49,7 +49,7 @@ def _server() -> subprocess.Popen[bytes]:
         [sys.executable, "-m", "tests.app.hostile.measure"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        cwd=Path(__file__).parents[3],
+        cwd=ROOT,
     )
     atexit.register(server.communicate)
     return server

@@ -22,8 +22,8 @@ import zstandard
 from primfit.app.readers import UnreadableFileError, read
 from tests.app.hostile.measure import MEMORY, refused
 from tests.app.serving import PATIENCE, Service, running, workers
+from tests.paths import EXAMPLES
 
-EXAMPLES = Path(__file__).parents[3] / "app" / "examples"
 REQUEST = (EXAMPLES / "request.json").read_bytes()
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()
 MIB = 2**20

@@ -12,7 +12,7 @@ import pytest
 import zstandard
 
 from primfit.app.readers import Limits, TooLargeError, UnreadableFileError, read, unpack
-from tests.app.serving import EXAMPLES
+from tests.paths import EXAMPLES
 
 CSV = (EXAMPLES / "cylinder.csv").read_bytes()
 POINTS = np.random.default_rng(2).normal(size=(3000, 3)) * 100.0 + [1e6, -2e6, 3.0]

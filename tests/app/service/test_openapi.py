@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,9 +18,9 @@ from primfit.app.service.settings import Settings
 from primfit.app.wire import problems
 from primfit.app.wire.schemas import BatchSummary, FitOptions
 from primfit.fitting.errors import InvalidPointCloudError
-from tests.app.serving import EXAMPLES
+from tests.paths import DOCS, EXAMPLES
 
-COMMITTED = Path(__file__).parents[3] / "docs" / "openapi.json"
+COMMITTED = DOCS / "openapi.json"
 DOCUMENT = json.loads(COMMITTED.read_bytes())
 OPERATIONS = {
     f"{method} {path}": operation

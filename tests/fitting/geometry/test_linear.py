@@ -1,0 +1,46 @@
+"""Many small linear systems at once: least squares at first, and then deaf to outliers."""
+
+import numpy as np
+import pytest
+
+from primfit.fitting.geometry._linear import solve_circles, solve_linear
+
+
+@pytest.mark.parametrize("m", [1, 3, 7])
+def test_one_round_is_least_squares(m: int) -> None:
+    rng = np.random.default_rng(m)
+    design, target = rng.normal(size=(6, 40, m)), rng.normal(size=(6, 40))
+    found = solve_linear(design, target, 1)
+    for solution, rows, right in zip(found, design, target, strict=True):
+        np.testing.assert_allclose(solution, np.linalg.lstsq(rows, right)[0], rtol=1e-8, atol=1e-10)
+
+
+def test_rounds_come_to_what_most_rows_say() -> None:
+    """A tenth of the rows are off by as much as the values are large."""
+    rng = np.random.default_rng(2)
+    truth, design = np.array([1.0, -2.0, 0.5]), rng.normal(size=(1, 200, 3))
+    target = design @ truth + 1e-3 * rng.normal(size=(1, 200))
+    target[0, :20] += 5.0
+    once, often = (solve_linear(design, target, rounds)[0] for rounds in (1, 12))
+    assert np.abs(often - truth).max() < 1e-3 < 0.1 < np.abs(once - truth).max()
+
+
+def test_a_system_is_solved_as_it_would_be_alone() -> None:
+    rng = np.random.default_rng(3)
+    design, target = rng.normal(size=(5, 30, 4)), rng.normal(size=(5, 30))
+    together = solve_linear(design, target, 5)
+    alone = [solve_linear(design[i : i + 1], target[i : i + 1], 5)[0] for i in range(5)]
+    np.testing.assert_array_equal(together, alone)
+
+
+def test_circles_are_those_through_their_points() -> None:
+    """x^2 + y^2 = 2 p x + 2 q y + r^2 - p^2 - q^2."""
+    angle = np.linspace(0.0, 2.0, 25)
+    x, y = 0.7 + 2.0 * np.cos(angle), -0.4 + 2.0 * np.sin(angle)
+    a, b, c = solve_circles(x[None], y[None], 3)[0]
+    np.testing.assert_allclose([a / 2, b / 2, c + (a / 2) ** 2 + (b / 2) ** 2], [0.7, -0.4, 4.0], rtol=1e-6)
+
+
+def test_more_unknowns_than_there_is_room_for_are_refused() -> None:
+    with pytest.raises(ValueError, match="at most"):
+        solve_linear(np.zeros((1, 20, 12)), np.zeros((1, 20)), 1)

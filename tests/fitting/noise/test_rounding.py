@@ -1,0 +1,88 @@
+"""Steps of coordinates are noticed, and what is done about them is needed."""
+
+import numpy as np
+import pytest
+
+from primfit.fitting.answer.result import Recognition
+from primfit.fitting.errors import InvalidPointCloudError
+from primfit.fitting.noise import rounding
+from primfit.fitting.noise.rounding import rounding_of
+from primfit.fitting.recognize import recognize
+from primfit.fitting.request.config import Config
+from tests.fitting.clouds import EXAMPLES, rotation, sample
+
+Patch = pytest.MonkeyPatch
+
+
+def _sphere(points: np.ndarray) -> Recognition:
+    answer = recognize(points, Config(kinds=("sphere",)))
+    assert answer.primitive is not None and answer.noise is not None
+    return answer
+
+
+def _radius_error(points: np.ndarray) -> float:
+    return abs(float(_sphere(points).primitive.radius) - 1.3)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("points", "expected"),
+    [
+        (np.round(sample(EXAMPLES["sphere"], 300), 3), 1e-3),
+        (np.round(1e4 * sample(EXAMPLES["sphere"], 300)), 1.0),
+        (np.round(sample(EXAMPLES["sphere"], 300), 3) + 5e5, 1e-3),
+        (np.round(9.0 * sample(EXAMPLES["sphere"], 300) / 0.005) * 0.005, 0.005),
+        (np.round(sample(EXAMPLES["sphere"], 300) / 0.00025) * 0.00025 + 0.0001, 0.00025),
+        (4.0 * np.round(sample(EXAMPLES["sphere"], 300), 3), 0.004),
+        (np.round(400.0 * sample(EXAMPLES["sphere"], 30_000) / 0.25) * 0.25, 0.25),
+    ],
+    ids=["decimals", "integers", "georeferenced", "five of a thousand", "offset", "scaled", "quarters"],
+)
+def test_quantised_coordinates_are_noticed(points: np.ndarray, expected: float) -> None:
+    assert rounding_of(points).size == expected
+    assert rounding_of(points).step == expected
+
+
+def test_a_grid_has_the_step_of_all_its_points() -> None:
+    grid = np.stack(np.meshgrid(np.arange(512.0), np.arange(512.0), [0.0]), axis=-1).reshape(-1, 3)
+    assert rounding_of(grid).step == 1.0
+    assert rounding_of(grid).size < 1e-2, "that is its lattice"
+
+
+def test_the_resolution_of_full_and_single_precision() -> None:
+    points = sample(EXAMPLES["sphere"], 300)
+    assert rounding_of(points).size < 1e-13
+    assert 1e-8 < rounding_of(points.astype(np.float32).astype(np.float64)).size < 1e-5
+    lattice = np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
+    assert rounding_of(lattice).size < 1e-4
+
+
+def test_without_a_margin_of_rounding_a_cloud_that_was_turned_often_is_not_exact(monkeypatch: Patch) -> None:
+    points = sample(EXAMPLES["torus"], 600)
+    for seed in range(100):
+        points = points @ rotation(seed).T
+
+    def exact_share() -> float:
+        answer = recognize(points)
+        assert answer.noise is not None
+        return answer.noise.exact_share
+
+    assert exact_share() == 1.0
+    monkeypatch.setattr(rounding, "ULPS", 1)
+    assert exact_share() < 0.9
+
+
+def test_a_coarse_step_taken_for_a_rounding_makes_a_grid_collinear(monkeypatch: Patch) -> None:
+    grid = np.stack(np.meshgrid(np.arange(6.0), np.arange(6.0), [0.0]), axis=-1).reshape(-1, 3)
+    assert recognize(grid).primitive is not None
+    monkeypatch.setattr(rounding, "COARSEST_STEPS", 1)
+    with pytest.raises(InvalidPointCloudError, match="collinear"):
+        recognize(grid)
+
+
+def test_a_fine_step_taken_for_noise_hides_the_exact_points(monkeypatch: Patch) -> None:
+    points = sample(EXAMPLES["sphere"], 1000)
+    points[:800] += np.random.default_rng(2).uniform(-0.1, 0.1, (800, 3))
+    points = np.round(points, 4)
+    assert _radius_error(points) < 1e-5
+    monkeypatch.setattr(rounding, "COARSEST_STEPS", np.inf)
+    assert _radius_error(points) > 1e-3
