@@ -107,7 +107,7 @@ clean:
 
 # A virtual environment and, in it, one stamp for each thing installed; all are redone when pyproject.toml or
 # what is compiled changes.
-BUILT = pyproject.toml $(wildcard fitting/*/*.pyx fitting/*/*.h)
+BUILT = pyproject.toml setup.py $(wildcard fitting/*/*.pyx fitting/*/*.pxd fitting/*/*.h)
 
 %/.python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "primfit needs Python 3.11 or newer, but $(PYTHON) is " + sys.version.split()[0] + ". Name a newer one: make PYTHON=python3.12 $(MAKECMDGOALS)")'

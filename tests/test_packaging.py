@@ -12,6 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+SOURCES = sorted((ROOT / "fitting").glob("*/*.pyx"))
 HOUSES = ("app", "benchmark", "fitting", "models", "synthetic")
 
 
@@ -42,10 +43,10 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
     folder = tmp_path_factory.mktemp("wheel")
     source = folder / "source"
     source.mkdir()
-    for name in ("pyproject.toml", "README.md", "LICENSE", "src", *HOUSES):
+    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE", "src", *HOUSES):
         _copy(ROOT / name, source / name)
-    project = source / "pyproject.toml"
-    project.write_text(project.read_text().replace('"-O3"', '"-O0"'))
+    script = source / "setup.py"
+    script.write_text(script.read_text().replace('"-O3"', '"-O0"'))
     options = ["--quiet", "--no-deps", "--no-build-isolation", "--no-index", "--wheel-dir", str(folder)]
     subprocess.run([sys.executable, "-m", "pip", "wheel", *options, str(source)], check=True)
     (built,) = folder.glob("primfit-*.whl")
@@ -61,6 +62,19 @@ def test_wheel_holds_code_weights_examples_and_licence(wheel: zipfile.ZipFile) -
             assert f"primfit/{module.relative_to(ROOT)}" in names
     assert {"primfit/__init__.py", "primfit/__main__.py", "primfit/py.typed"} <= names
     assert any(name.endswith("licenses/LICENSE") for name in names)
+
+
+def test_wheel_holds_what_is_compiled_once_for_all_versions_and_no_sources(wheel: zipfile.ZipFile) -> None:
+    names = wheel.namelist()
+    compiled = {f"primfit/{source.relative_to(ROOT).with_suffix('.abi3.so')}" for source in SOURCES}
+    assert compiled == {name for name in names if name.endswith(".so")}
+    assert not [name for name in names if name.endswith((".pyx", ".pxd", ".h", ".c"))]
+    assert "cp311-abi3" in str(wheel.filename)
+
+
+def test_what_is_compiled_is_not_hidden_by_an_older_build() -> None:
+    hidden = [str(old.relative_to(ROOT)) for old in (ROOT / "fitting").glob("*/_*.cpython-*")]
+    assert hidden == [], "an older build goes before the new one: remove these files"
 
 
 def test_wheel_installs_one_name(wheel: zipfile.ZipFile) -> None:
