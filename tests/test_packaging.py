@@ -1,19 +1,15 @@
 """What is shipped: one package, the weights, the examples, one version, a container without torch."""
 
-import shutil
-import subprocess
-import sys
 import tomllib
 import zipfile
 from importlib.metadata import entry_points, version
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from tests.installing import HOUSES, ROOT, build_wheel, copy_sources
+
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 SOURCES = sorted((ROOT / "fitting").glob("*/*.pyx"))
-HOUSES = ("app", "benchmark", "fitting", "models", "synthetic")
 
 
 def test_every_module_lies_in_a_package() -> None:
@@ -39,18 +35,9 @@ def test_serving_needs_no_torch() -> None:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
-    """The wheel, built from a copy so that the working tree stays as it is, and compiled quickly."""
+    """The wheel, built from a copy of the sources."""
     folder = tmp_path_factory.mktemp("wheel")
-    source = folder / "source"
-    source.mkdir()
-    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE", "src", *HOUSES):
-        _copy(ROOT / name, source / name)
-    script = source / "setup.py"
-    script.write_text(script.read_text().replace('"-O3"', '"-O0"'))
-    options = ["--quiet", "--no-deps", "--no-build-isolation", "--no-index", "--wheel-dir", str(folder)]
-    subprocess.run([sys.executable, "-m", "pip", "wheel", *options, str(source)], check=True)
-    (built,) = folder.glob("primfit-*.whl")
-    return zipfile.ZipFile(built)
+    return zipfile.ZipFile(build_wheel(copy_sources(folder / "source"), folder))
 
 
 def test_wheel_holds_code_weights_examples_and_licence(wheel: zipfile.ZipFile) -> None:
@@ -87,12 +74,3 @@ def test_image_runs_without_rights_and_has_a_health_check() -> None:
     assert any(line.startswith("HEALTHCHECK") for line in lines)
     assert any(line.startswith("ARG BASE_IMAGE") for line in lines)
     assert not any("torch" in line for line in lines if not line.startswith("#"))
-
-
-def _copy(source: Path, target: Path) -> None:
-    if source.is_file():
-        shutil.copyfile(source, target)
-    else:
-        shutil.copytree(
-            source, target, symlinks=True, ignore=shutil.ignore_patterns("__pycache__", "*.so", "*.egg-info")
-        )
