@@ -5,6 +5,7 @@ import subprocess
 import sys
 import sysconfig
 import venv
+from collections.abc import Mapping
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
@@ -45,10 +46,10 @@ class Environment:
         # In a folder named so no other .pth counts: an editable primfit of the running one stays out.
         (self.packages / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
 
-    def install(self, *what: str) -> None:
-        """Install without looking anywhere else."""
+    def install(self, *what: str, env: Mapping[str, str] | None = None) -> None:
+        """Install without looking anywhere else; with these variables, or those of the running process."""
         pip = [sys.executable, "-m", "pip", "--python", str(self.python), "install", "--ignore-installed"]
-        subprocess.run([*pip, *OFFLINE, *what], check=True)
+        subprocess.run([*pip, *OFFLINE, *what], check=True, env=env)
 
     def installed(self) -> set[str]:
         """The names of what lies in its folder of packages."""
