@@ -37,7 +37,7 @@ recognition: primfit.Recognition = primfit.fit(points, kinds=["sphere"], criteri
 found = recognition.primitive
 if isinstance(found, primfit.Sphere):
     radius: float = found.radius
-    center: float = float(primfit.Sphere(center=found.center, radius=radius).center[0])
+    center: float = float(primfit.Sphere(center=found.center, radius=found.radius).center[0])
 status: str = recognition.status
 """
 WRONG = {

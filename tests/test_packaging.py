@@ -1,10 +1,14 @@
 """What is shipped: one package, the weights, the examples, one version, a container without torch."""
 
+import re
+import subprocess
+import sys
 import tomllib
 import zipfile
 from importlib.metadata import entry_points, version
 
 import pytest
+import yaml
 
 from tests.installing import HOUSES, ROOT, build_wheel, copy_sources
 
@@ -20,7 +24,28 @@ def test_every_module_lies_in_a_package() -> None:
 
 def test_installed_version_is_the_one_of_the_project() -> None:
     assert version("primfit") == PROJECT["project"]["version"]
-    assert f"\n## {PROJECT['project']['version']}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_changes_and_citation_are_those_of_this_version() -> None:
+    latest = re.findall(r"^## \[(\d[^]]*)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[0]
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())["version"]
+    assert [latest, cited] == [PROJECT["project"]["version"]] * 2
+
+
+@pytest.mark.parametrize(
+    ("schema", "files"),
+    [
+        ("vendor.citation-file-format", "CITATION.cff"),
+        ("vendor.github-issue-forms", ".github/ISSUE_TEMPLATE/[!c]*.yml"),
+        ("vendor.github-issue-config", ".github/ISSUE_TEMPLATE/config.yml"),
+        ("vendor.github-workflows", "deploy/wheels.yml"),
+    ],
+)
+def test_files_for_others_follow_their_schema(schema: str, files: str) -> None:
+    found = [str(file) for file in ROOT.glob(files)]
+    command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", schema, *found]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert found and done.returncode == 0, done.stdout
 
 
 def test_command_is_installed() -> None:
