@@ -1,6 +1,7 @@
 # primfit as a service: docker build --tag primfit . && docker run --rm --publish 8000:8000 primfit
 # With every extra that a user may want: docker build --target full --tag primfit:full .
-# Any base with python3 (3.11 or newer, with venv) and apt-get will do; all stages must have the same one.
+# Any base with python3 (3.11 or newer, with venv) and apt-get will do; all stages have the same one. A name with a
+# digest (python@sha256:...) pins it: docs/docker.md.
 ARG BASE_IMAGE=python:3.11-slim
 
 FROM ${BASE_IMAGE} AS build
@@ -14,23 +15,21 @@ RUN apt-get update \
            apt-get install --yes --no-install-recommends python3-dev; \
        fi \
     && rm -rf /var/lib/apt/lists/*
-# What is in the image has no pip of its own: one beside it installs.
-RUN python3 -m venv /opt/pip && python3 -m venv --without-pip /opt/primfit
-# What it needs, in a layer of its own: only a change of pyproject.toml builds it again. The tests that packages bring
+# What is in the image has no pip of its own: one beside it installs, and builds.
+COPY requirements/build.txt requirements/image.txt requirements/
+RUN python3 -m venv /opt/pip && python3 -m venv --without-pip /opt/primfit \
+    && /opt/pip/bin/pip install --require-hashes --requirement requirements/build.txt
+# What it needs, in a layer of its own: only a change of the lock builds it again. The tests that packages bring
 # are left out, but for those of numpy._core, which numpy.testing imports.
-COPY pyproject.toml ./
-RUN python3 -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" \
-        > requirements.txt \
-    && /opt/pip/bin/pip --python /opt/primfit/bin/python install --requirement requirements.txt \
+RUN /opt/pip/bin/pip --python /opt/primfit/bin/python install --require-hashes --requirement requirements/image.txt \
     && find /opt/primfit -type d -name tests ! -path '*/numpy/_core/*' -prune -exec rm -rf {} +
 COPY . ./
-RUN /opt/pip/bin/pip --python /opt/primfit/bin/python install --no-deps .
+RUN /opt/pip/bin/pip wheel --no-deps --no-build-isolation --wheel-dir /wheels . \
+    && /opt/pip/bin/pip --python /opt/primfit/bin/python install --no-deps --no-index /wheels/*.whl
 
 # The extras, but neither the tools of development nor torch, which the service never imports.
 FROM build AS build-full
-RUN python3 -c "import tomllib; extras = tomllib.load(open('pyproject.toml', 'rb'))['project']['optional-dependencies']; print(*(line for name, lines in extras.items() if name not in ('dev', 'train') for line in lines), sep='\n')" \
-        > extras.txt \
-    && /opt/pip/bin/pip --python /opt/primfit/bin/python install --requirement extras.txt \
+RUN /opt/pip/bin/pip --python /opt/primfit/bin/python install --require-hashes --requirement requirements/full.txt \
     && find /opt/primfit -type d -name tests ! -path '*/numpy/_core/*' -prune -exec rm -rf {} +
 
 FROM ${BASE_IMAGE} AS runtime

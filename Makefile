@@ -4,6 +4,8 @@
 # make test-clock  what compares times by the clock, on a machine with nothing else to do
 # make test-schema  the service against its OpenAPI document with made-up requests, some minutes
 # make image  build the container image                  make lint        ruff, mypy, import rules
+# make wheel  the wheel and the sdist, in dist/          make test-wheel  the wheel where there is no compiler
+# make lock   newest versions into requirements/         make lock-check  do they still fit pyproject.toml?
 # make weights  train both classifiers again             make clean       remove what these verbs made
 # make training-figures  after make weights: docs/training-figures.md
 # make example  refresh the answer that the API shows   make openapi     refresh docs/openapi.json
@@ -37,9 +39,17 @@ export OPENBLAS_NUM_THREADS ?= 1
 
 PYTEST_SHARED = $(VENV)/bin/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --durations 10
 
+# `make lock` works in this folder; its requirements are for each system and each Python from 3.11 on.
+LOCK_AT = .
+UPGRADE = --upgrade
+COMPILE = $(abspath $(VENV))/bin/uv --quiet pip compile --universal --python-version 3.11 --generate-hashes $(UPGRADE) \
+	--custom-compile-command 'make lock'
+AS_TESTED = --constraint requirements/dev.txt
+BUILT_WITH = $(PYTHON) -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['build-system']['requires'], sep='\n')"
+
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-clock test-schema test-torch lint weights training-figures example openapi constants bench bench-peers bench-full image clean
+.PHONY: run setup test test-slow test-clock test-schema test-torch lint weights training-figures example openapi constants bench bench-peers bench-full image wheel test-wheel lock lock-check clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -48,7 +58,7 @@ run: setup
 setup: $(VENV)/.serving
 
 test: $(VENV)/.dev
-	$(PYTEST_SHARED) -m "not slow and not clock and not docker and not schema"
+	$(PYTEST_SHARED) -m "not slow and not clock and not docker and not schema and not wheel"
 
 test-slow: $(VENV)/.dev
 	$(PYTEST_SHARED) -m slow
@@ -110,12 +120,39 @@ bench-full: $(VENV)/.bench $(VENV_PEERS)/.peers
 image:
 	$(ENGINE) build --build-arg BASE_IMAGE=$(BASE_IMAGE) $(IMAGE_FLAGS) --tag primfit:$(VERSION) .
 
+# One wheel for Python 3.11 and later, made from the sdist, so that this is known to be whole.
+wheel: $(VENV)/.dev
+	rm -rf build/dist dist
+	$(VENV)/bin/python -m build --no-isolation --outdir build/dist
+	PATH=$(abspath $(VENV))/bin:$$PATH $(VENV)/bin/auditwheel repair --wheel-dir dist build/dist/*.whl
+	mv build/dist/*.tar.gz dist
+	$(VENV)/bin/abi3audit --strict dist/*.whl
+
+test-wheel: wheel
+	$(VENV)/bin/python -m pytest -m wheel
+
+# Versions and hashes of what is developed with, and of the same versions of what is built with and what the image
+# holds, with and without extras: an image holds what was tested.
+lock: $(VENV)/.uv
+	@mkdir -p $(LOCK_AT)/requirements
+	cd $(LOCK_AT) && $(COMPILE) --extra dev --output-file requirements/dev.txt pyproject.toml
+	cd $(LOCK_AT) && $(BUILT_WITH) | $(COMPILE) $(AS_TESTED) --output-file requirements/build.txt -
+	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --output-file requirements/image.txt pyproject.toml
+	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --extra bench --extra cad --extra e57 --output-file requirements/full.txt \
+		pyproject.toml
+
+# The same on a copy, without looking for newer versions.
+lock-check: $(VENV)/.uv
+	rm -rf build/lock && mkdir -p build/lock && cp -r pyproject.toml requirements build/lock
+	@$(MAKE) --no-print-directory lock LOCK_AT=build/lock UPGRADE=
+	diff -r requirements build/lock/requirements
+
 clean:
 	rm -rf $(VENV) $(VENV_TORCH) $(VENV_PEERS) build dist src/primfit.egg-info fitting/*/_*.c fitting/*/_*.so
 
 # A virtual environment and, in it, one stamp for each thing installed; all are redone when pyproject.toml or
 # what is compiled changes.
-BUILT = pyproject.toml $(wildcard fitting/*/*.pyx fitting/*/*.h)
+BUILT = pyproject.toml setup.py $(wildcard fitting/*/*.pyx fitting/*/*.pxd fitting/*/*.h)
 
 %/.python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "primfit needs Python 3.11 or newer, but $(PYTHON) is " + sys.version.split()[0] + ". Name a newer one: make PYTHON=python3.12 $(MAKECMDGOALS)")'
@@ -130,10 +167,15 @@ $(VENV)/.serving: $(BUILT) | $(VENV)/.python
 	@$(VENV)/bin/python $(PIP_INSTALL) --editable .
 	@touch $@
 
-$(VENV)/.dev: $(BUILT) | $(VENV)/.python
+$(VENV)/.dev: $(BUILT) requirements/dev.txt | $(VENV)/.python
 	@echo 'installing primfit and its development tools into $(VENV) (about two minutes, once)'
-	@$(VENV)/bin/python $(PIP_INSTALL) --editable '.[dev]'
+	@$(VENV)/bin/python $(PIP_INSTALL) --require-hashes --requirement requirements/dev.txt
+	@$(VENV)/bin/python $(PIP_INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $(VENV)/.serving $@
+
+$(VENV)/.uv: | $(VENV)/.python
+	@$(VENV)/bin/python $(PIP_INSTALL) uv
+	@touch $@
 
 $(VENV_TORCH)/.torch: $(BUILT) | $(VENV_TORCH)/.python
 	@echo 'installing primfit and torch into $(VENV_TORCH) (a few minutes, once)'

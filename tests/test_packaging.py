@@ -1,19 +1,19 @@
 """What is shipped: one package, the weights, the examples, one version, a container without torch."""
 
-import shutil
+import re
 import subprocess
 import sys
 import tomllib
 import zipfile
 from importlib.metadata import entry_points, version
-from pathlib import Path
 
 import pytest
+import yaml
 
-from tests.paths import ROOT
+from tests.installing import HOUSES, ROOT, build_wheel, copy_sources
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-HOUSES = ("app", "benchmark", "fitting", "models", "synthetic")
+SOURCES = sorted((ROOT / "fitting").glob("*/*.pyx"))
 
 
 def test_every_module_lies_in_a_package() -> None:
@@ -24,7 +24,28 @@ def test_every_module_lies_in_a_package() -> None:
 
 def test_installed_version_is_the_one_of_the_project() -> None:
     assert version("primfit") == PROJECT["project"]["version"]
-    assert f"\n## {PROJECT['project']['version']}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_changes_and_citation_are_those_of_this_version() -> None:
+    latest = re.findall(r"^## \[(\d[^]]*)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[0]
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())["version"]
+    assert [latest, cited] == [PROJECT["project"]["version"]] * 2
+
+
+@pytest.mark.parametrize(
+    ("schema", "files"),
+    [
+        ("vendor.citation-file-format", "CITATION.cff"),
+        ("vendor.github-issue-forms", ".github/ISSUE_TEMPLATE/[!c]*.yml"),
+        ("vendor.github-issue-config", ".github/ISSUE_TEMPLATE/config.yml"),
+        ("vendor.github-workflows", "deploy/wheels.yml"),
+    ],
+)
+def test_files_for_others_follow_their_schema(schema: str, files: str) -> None:
+    found = [str(file) for file in ROOT.glob(files)]
+    command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", schema, *found]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert found and done.returncode == 0, done.stdout
 
 
 def test_command_is_installed() -> None:
@@ -39,18 +60,9 @@ def test_serving_needs_no_torch() -> None:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
-    """The wheel, built from a copy so that the working tree stays as it is, and compiled quickly."""
+    """The wheel, built from a copy of the sources."""
     folder = tmp_path_factory.mktemp("wheel")
-    source = folder / "source"
-    source.mkdir()
-    for name in ("pyproject.toml", "README.md", "LICENSE", "src", *HOUSES):
-        _copy(ROOT / name, source / name)
-    project = source / "pyproject.toml"
-    project.write_text(project.read_text().replace('"-O3"', '"-O0"'))
-    options = ["--quiet", "--no-deps", "--no-build-isolation", "--no-index", "--wheel-dir", str(folder)]
-    subprocess.run([sys.executable, "-m", "pip", "wheel", *options, str(source)], check=True)
-    (built,) = folder.glob("primfit-*.whl")
-    return zipfile.ZipFile(built)
+    return zipfile.ZipFile(build_wheel(copy_sources(folder / "source"), folder))
 
 
 @pytest.mark.slow
@@ -66,6 +78,20 @@ def test_wheel_holds_code_weights_examples_and_licence(wheel: zipfile.ZipFile) -
 
 
 @pytest.mark.slow
+def test_wheel_holds_what_is_compiled_once_for_all_versions_and_no_sources(wheel: zipfile.ZipFile) -> None:
+    names = wheel.namelist()
+    compiled = {f"primfit/{source.relative_to(ROOT).with_suffix('.abi3.so')}" for source in SOURCES}
+    assert compiled == {name for name in names if name.endswith(".so")}
+    assert not [name for name in names if name.endswith((".pyx", ".pxd", ".h", ".c"))]
+    assert "cp311-abi3" in str(wheel.filename)
+
+
+def test_what_is_compiled_is_not_hidden_by_an_older_build() -> None:
+    hidden = [str(old.relative_to(ROOT)) for old in (ROOT / "fitting").glob("*/_*.cpython-*")]
+    assert hidden == [], "an older build goes before the new one: remove these files"
+
+
+@pytest.mark.slow
 def test_wheel_installs_one_name(wheel: zipfile.ZipFile) -> None:
     assert {name.split("/")[0].split("-")[0] for name in wheel.namelist()} == {"primfit"}
 
@@ -76,12 +102,3 @@ def test_image_runs_without_rights_and_has_a_health_check() -> None:
     assert any(line.startswith("HEALTHCHECK") for line in lines)
     assert any(line.startswith("ARG BASE_IMAGE") for line in lines)
     assert not any("torch" in line for line in lines if not line.startswith("#"))
-
-
-def _copy(source: Path, target: Path) -> None:
-    if source.is_file():
-        shutil.copyfile(source, target)
-    else:
-        shutil.copytree(
-            source, target, symlinks=True, ignore=shutil.ignore_patterns("__pycache__", "*.so", "*.egg-info")
-        )
