@@ -43,6 +43,7 @@ status: str = recognition.status
 WRONG = {
     "radius: float": "radius: str",
     "seed=1": 'seed="one"',
+    'kinds=["sphere"]': 'kinds=["cube"]',
     "status: str = recognition.status": "status: str = recognition.state",
 }
 

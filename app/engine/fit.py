@@ -7,14 +7,14 @@ from numpy.typing import ArrayLike
 
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
-from primfit.fitting.names import CRITERION, KINDS, SEED, Criterion
+from primfit.fitting.names import CRITERION, KINDS, SEED, Criterion, KindName
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.request.constraints import UNCONSTRAINED, Constraints
 from primfit.fitting.request.guess import guess_of
 from primfit.models import load_classifier
-from primfit.models.names import CLASSIFIER, CLASSIFIERS
+from primfit.models.names import CLASSIFIER, CLASSIFIERS, ClassifierName
 
 from ..readers.cloud import Cloud
 from .arrays import as_cloud, as_floats
@@ -25,9 +25,9 @@ __all__ = ["InvalidOptionError", "InvalidPointCloudError", "Recognition", "fit",
 def fit(
     points: Any,
     *,
-    kinds: Sequence[str] | None = None,
-    classifier: str = CLASSIFIER,
-    criterion: str = CRITERION,
+    kinds: Sequence[KindName] | None = None,
+    classifier: ClassifierName = CLASSIFIER,
+    criterion: Criterion = CRITERION,
     max_error: float | None = None,
     tolerance: float | None = None,
     seed: int = SEED,
@@ -82,9 +82,9 @@ def fit(
 
 
 def config_of(
-    kinds: Sequence[str] | None = None,
-    classifier: str = CLASSIFIER,
-    criterion: str = CRITERION,
+    kinds: Sequence[KindName] | None = None,
+    classifier: ClassifierName = CLASSIFIER,
+    criterion: Criterion = CRITERION,
     max_error: float | None = None,
     tolerance: float | None = None,
     seed: int = SEED,
