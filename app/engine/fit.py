@@ -96,7 +96,7 @@ def config_of(
         raise InvalidOptionError(f"classifier must be one of {', '.join(CLASSIFIERS)}", "classifier")
     return Config(
         kinds=KINDS if kinds is None else cast(tuple[str, ...], kinds),
-        criterion=cast(Criterion, criterion),
+        criterion=criterion,
         max_error=max_error,
         tolerance=tolerance,
         seed=seed,

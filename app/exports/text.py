@@ -7,9 +7,10 @@ from typing import Any
 
 from primfit.fitting.answer.values import NoiseSummary
 from primfit.fitting.primitives import parameters
+from primfit.fitting.shrec22 import LAYOUT
 
 from ..engine.shrec22 import prediction
-from .fitted import Fitted
+from .fitted import Fitted, NothingToExportError
 from .options import ExportOptions
 
 
@@ -44,5 +45,7 @@ def _noise(noise: NoiseSummary) -> dict[str, float | None]:
 
 
 def shrec22(fitted: Fitted, options: ExportOptions) -> bytes:
-    """The label and the parameters, one number a line."""
+    """The label and the parameters, one number a line; raises `NothingToExportError` for other kinds."""
+    if fitted.primitive.kind not in LAYOUT:
+        raise NothingToExportError(f"the SHREC 2022 track has no {fitted.primitive.kind}")
     return prediction(parameters(fitted.primitive)).encode()
