@@ -20,7 +20,6 @@ Vector = Annotated[
 ]
 CLOSED = ConfigDict(extra="forbid")
 
-_ARRAYS: dict[str | None, Any] = {None: Vector, "3,": Vector, "K, 3": list[Vector], "P, P": list[list[float]]}
 _SHAPE = re.compile(r"\s*\((3,|[A-Z], 3|[A-Z], [A-Z])\)")
 _ENTRY = re.compile(r"^(?P<names>\w+(?:, \w+)*) :(?P<text>.*(?:\n +.*)*)", re.M)
 
@@ -78,7 +77,7 @@ class Models:
         if hint in self._known or origin is Literal:
             return self._known.get(hint, hint)
         if origin is np.ndarray:
-            return _ARRAYS[shape]
+            return _array(shape)
         if is_dataclass(hint):
             raise TypeError(f"the model of {hint} comes too late")
         inner = [self._type(each, shape) for each in get_args(hint)]
@@ -116,6 +115,13 @@ def _doc(of: type) -> str:
 def _shape(text: str) -> str | None:
     found = _SHAPE.search(text)
     return found[1] if found else None
+
+
+def _array(shape: str | None) -> Any:
+    """The type on the wire of an array."""
+    if shape is None or shape == "3,":
+        return Vector
+    return list[Vector] if shape.endswith(" 3") else list[list[float]]
 
 
 def _kind(of: Any) -> dict[str, Any]:

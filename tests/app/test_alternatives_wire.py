@@ -33,8 +33,7 @@ def recognition() -> Recognition:
 @pytest.fixture
 def answered(recognition: Recognition, monkeypatch: pytest.MonkeyPatch) -> Recognition:
     """What every fit of this process gives."""
-    for module in ("primfit.app.workers.jobs", "primfit.app.cli.files"):
-        monkeypatch.setattr(f"{module}.fit_cloud", lambda cloud, options: recognition)
+    monkeypatch.setattr("primfit.app.engine.answer.fit_cloud", lambda cloud, options: recognition)
     return recognition
 
 

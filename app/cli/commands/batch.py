@@ -6,18 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from ..options import (
-    Classifier,
-    Constraint,
-    Criterion,
-    InitialGuess,
-    Kinds,
-    Labels,
-    MaxError,
-    Seed,
-    Tolerance,
-    checked,
-)
+from .. import options as of
 from ..status import BAD_INPUT, EXIT, complain, worst
 
 
@@ -37,15 +26,15 @@ def batch(
             min=1, show_default="one a core", help="Processes; any number of them gives the same answers."
         ),
     ] = os.cpu_count() or 1,
-    labels: Labels = None,
-    kind: Kinds = None,
-    classifier: Classifier = None,
-    criterion: Criterion = None,
-    max_error: MaxError = None,
-    tolerance: Tolerance = None,
-    seed: Seed = None,
-    constraint: Constraint = None,
-    initial_guess: InitialGuess = None,
+    labels: of.Labels = None,
+    kind: of.Kinds = None,
+    classifier: of.Classifier = None,
+    criterion: of.Criterion = None,
+    max_error: of.MaxError = None,
+    tolerance: of.Tolerance = None,
+    seed: of.Seed = None,
+    constraint: of.Constraint = None,
+    initial_guess: of.InitialGuess = None,
 ) -> None:
     """Recognise and fit many clouds; the answer of each goes into a file of its own.
 
@@ -55,7 +44,7 @@ def batch(
     """
     from ..batch import SUFFIXES, CollisionError, plan, run
 
-    options = checked(kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess)
+    options = of.checked(kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess)
     try:
         targets = plan(inputs, out, format, labels)
     except CollisionError as error:

@@ -7,18 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from ..options import (
-    Classifier,
-    Constraint,
-    Criterion,
-    InitialGuess,
-    Kinds,
-    Labels,
-    MaxError,
-    Seed,
-    Tolerance,
-    checked,
-)
+from .. import options as of
 from ..status import EXIT, complain, worst
 
 if TYPE_CHECKING:
@@ -38,15 +27,15 @@ def fit(
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON object a line a file: the answer of POST /fit.")
     ] = False,
-    labels: Labels = None,
-    kind: Kinds = None,
-    classifier: Classifier = None,
-    criterion: Criterion = None,
-    max_error: MaxError = None,
-    tolerance: Tolerance = None,
-    seed: Seed = None,
-    constraint: Constraint = None,
-    initial_guess: InitialGuess = None,
+    labels: of.Labels = None,
+    kind: of.Kinds = None,
+    classifier: of.Classifier = None,
+    criterion: of.Criterion = None,
+    max_error: of.MaxError = None,
+    tolerance: of.Tolerance = None,
+    seed: of.Seed = None,
+    constraint: of.Constraint = None,
+    initial_guess: of.InitialGuess = None,
     step: ExportFile = None,
     glb: ExportFile = None,
     obj: ExportFile = None,
@@ -86,7 +75,7 @@ def fit(
     """
     from ..artifacts import Artifacts
 
-    options = checked(kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess)
+    options = of.checked(kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess)
     exports = {"step": step, "glb": glb, "obj": obj, "stl": stl, "ply": ply_mesh, "csv": csv_row}
     exports |= {"shrec22": shrec22, "residuals_npy": residuals_npy, "residuals_csv": residuals_csv}
     exports |= {

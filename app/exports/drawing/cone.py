@@ -7,7 +7,7 @@ from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.cone import Cone
 
 from .patch import Span
-from .revolved import Revolved, arc
+from .revolved import Revolved, swept
 from .unrolled import Unrolled
 
 POSITIVE = "on the outer side"
@@ -21,15 +21,7 @@ def trimmed(primitive: Cone, extents: ConeExtents) -> Revolved:
     def profile(v: Array) -> tuple[Array, Array]:
         return v * tangent, v
 
-    return Revolved(
-        u=arc(extents, profile, v),
-        v=v,
-        poles=(v.start == 0.0, False),
-        origin=primitive.apex,
-        axis=primitive.axis,
-        reference=extents.reference_direction,
-        profile=profile,
-    )
+    return swept(extents, profile, v, primitive.apex, primitive.axis, (v.start == 0.0, False))
 
 
 def unrolled(primitive: Cone, shape: Revolved, points: Array, unit: str) -> Unrolled:

@@ -7,7 +7,7 @@ from primfit.fitting.geometry.vectors import Array, around_axis
 from primfit.fitting.primitives.cylinder import Cylinder
 
 from .patch import Span
-from .revolved import Revolved, arc
+from .revolved import Revolved, swept
 from .unrolled import Unrolled
 
 POSITIVE = "on the outer side"
@@ -21,14 +21,7 @@ def trimmed(primitive: Cylinder, extents: CylinderExtents) -> Revolved:
     def profile(v: Array) -> tuple[Array, Array]:
         return np.full_like(v, primitive.radius), v
 
-    return Revolved(
-        u=arc(extents, profile, v),
-        v=v,
-        origin=primitive.point,
-        axis=primitive.axis,
-        reference=extents.reference_direction,
-        profile=profile,
-    )
+    return swept(extents, profile, v, primitive.point, primitive.axis)
 
 
 def unrolled(primitive: Cylinder, shape: Revolved, points: Array, unit: str) -> Unrolled:

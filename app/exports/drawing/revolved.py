@@ -69,7 +69,16 @@ class Revolved(Patch):
         return up, basis(up)[1] if self.u.closed else self.direction(self.u.middle)
 
 
-def arc(extents: CylinderExtents | ConeExtents | TorusExtents, profile: Profile, v: Span) -> Span:
-    """The arc about the axis; its largest circle is where the profile is farthest from it."""
+def swept(
+    extents: CylinderExtents | ConeExtents | TorusExtents,
+    profile: Profile,
+    v: Span,
+    origin: Array,
+    axis: Array,
+    poles: tuple[bool, bool] = (False, False),
+) -> Revolved:
+    """The piece over the arc of the extents, whose largest circle is where the profile is farthest out."""
     widest = float(profile(v.samples(33))[0].max())
-    return Span(extents.start_angle, extents.start_angle + extents.span, widest, extents.full_turn)
+    u = Span(extents.start_angle, extents.start_angle + extents.span, widest, extents.full_turn)
+    reference = extents.reference_direction
+    return Revolved(u=u, v=v, poles=poles, origin=origin, axis=axis, reference=reference, profile=profile)

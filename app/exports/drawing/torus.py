@@ -7,7 +7,7 @@ from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.torus import Torus
 
 from .patch import Span
-from .revolved import Revolved, arc
+from .revolved import Revolved, swept
 from .unrolled import Unrolled, near
 
 POSITIVE = "outside the tube"
@@ -22,14 +22,7 @@ def trimmed(primitive: Torus, extents: TorusExtents) -> Revolved:
     def profile(v: Array) -> tuple[Array, Array]:
         return major + minor * np.cos(v), minor * np.sin(v)
 
-    return Revolved(
-        u=arc(extents, profile, v),
-        v=v,
-        origin=primitive.center,
-        axis=primitive.axis,
-        reference=extents.reference_direction,
-        profile=profile,
-    )
+    return swept(extents, profile, v, primitive.center, primitive.axis)
 
 
 def unrolled(primitive: Torus, shape: Revolved, points: Array, unit: str) -> Unrolled:
