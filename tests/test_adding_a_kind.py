@@ -1,4 +1,4 @@
-"""docs/adding-a-kind.patch: applied to a copy, an ellipsoid is fitted over HTTP, on the command line, into STEP."""
+"""docs/adding-a-kind.patch: applied to a copy, an ellipsoid is fitted over HTTP, by command, into STEP."""
 
 import json
 import os
