@@ -19,6 +19,7 @@ from ..wire.schemas import Capabilities, FitAnswer, Live, Ready, Versions
 from ..workers import jobs
 from ..workers.batch_jobs import OpenJob
 from ..workers.pool import WorkerPool
+from ..workers.request_id import RequestId
 from . import metrics, openapi, operations
 from .batch_stream import Batch, Lines, scratch_file
 from .body import received
@@ -26,7 +27,6 @@ from .capabilities import capabilities
 from .guard import Guard
 from .media_types import MEDIA_TYPES, WHAT_IS_READ
 from .observe import Observer
-from .request_id import RequestId
 from .settings import Settings, load
 
 _INSTALLED = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}

@@ -8,7 +8,7 @@ from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ..wire.problems import INTERNAL, StoppingError, plain, respond
-from . import logs
+from ..workers import logs
 from .metrics import Metrics
 
 QUIET = ("/livez", "/readyz", "/metrics")

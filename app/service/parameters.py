@@ -9,7 +9,7 @@ from ..wire.schemas import BatchUpload, FitOptions
 
 REF = "#/components/schemas/{model}"
 _REQUEST_ID = {"type": "string", "pattern": "^[A-Za-z0-9._-]{1,64}$"}
-# What every operation takes and every answer carries, see `app.service.request_id`.
+# What every operation takes and every answer carries, see `app.workers.request_id`.
 PARAMETERS: dict[str, Any] = {
     "RequestId": {
         "name": "X-Request-Id",

@@ -12,8 +12,8 @@ from typing import Any
 
 import uvicorn
 
+from ..workers import logs
 from . import demo as first_look
-from . import logs
 from .api import create_app
 from .settings import Settings, load
 

@@ -15,13 +15,13 @@ from ..engine.answer import answered, receipt, to_json, versions
 from ..engine.fit import fit
 from ..exports import Fitted, bundle
 from ..readers import Cloud, Limits, UnreadableFileError, read, read_json, read_unpacked, unpack
-from ..service import logs
-from ..service.request_id import REQUEST_ID
 from ..wire.artifacts import NAMES, split_query
 from ..wire.etag import etag, names
 from ..wire.multipart import split_parts
 from ..wire.options import check_options, parse_options
 from ..wire.problems import MEDIA_TYPE, AlreadyAnsweredError, problem
+from . import logs
+from .request_id import REQUEST_ID
 
 ZIP = "application/zip"
 _log = logging.getLogger("primfit")
