@@ -188,7 +188,7 @@ def _text(body: dict[str, object]) -> str:
 def test_help_imports_neither_numpy_nor_the_service() -> None:
     script = (
         "import sys\n"
-        "from app.cli.commands import app\n"
+        "from primfit.app.cli.commands import app\n"
         "try:\n    app(['--help'])\n"
         "except SystemExit: pass\n"
         "heavy = {'numpy', 'scipy', 'sklearn', 'fastapi', 'torch'} & set(sys.modules)\n"
