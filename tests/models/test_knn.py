@@ -94,8 +94,9 @@ def test_shipped_weights_are_small():
 
 def test_importing_models_imports_neither_scikit_learn_nor_training():
     code = (
-        "import sys, models; models.load_classifier('none'); models.load_classifier('network');"
-        "heavy = ('sklearn', 'synthetic', 'torch', 'models.training');"
+        "import sys; from primfit import models;"
+        "models.load_classifier('none'); models.load_classifier('network');"
+        "heavy = ('sklearn', 'primfit.synthetic', 'torch', 'primfit.models.training');"
         "sys.exit(', '.join(m for m in sys.modules if m.startswith(heavy)) or 0)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

@@ -279,7 +279,7 @@ def test_a_missing_pye57_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_libraries_are_imported_only_for_their_formats() -> None:
     code = (
-        "import sys; from app.readers import read; read(b'1 2 3\\n')\n"
+        "import sys; from primfit.app.readers import read; read(b'1 2 3\\n')\n"
         "print(sorted({'laspy', 'lazrs', 'lzf', 'pye57', 'scipy'} & sys.modules.keys()))"
     )
     command = [sys.executable, "-c", code]
