@@ -87,7 +87,7 @@ def test_wheel_holds_what_is_compiled_once_for_all_versions_and_no_sources(wheel
 
 
 def test_what_is_compiled_is_not_hidden_by_an_older_build() -> None:
-    hidden = [str(old.relative_to(ROOT)) for old in (ROOT / "fitting").glob("*/_*.cpython-*")]
+    hidden = [str(old.relative_to(ROOT)) for old in (ROOT / "fitting").glob("*/_*.cpython-*.so")]
     assert hidden == [], "an older build goes before the new one: remove these files"
 
 
