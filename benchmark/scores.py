@@ -17,7 +17,6 @@ REJECTIONS = ("ambiguous", "no_fit", "failed")
 """Columns of a confusion matrix beside the kinds: answers that name no kind, and no answer at all."""
 ANSWERS = (*KINDS, *REJECTIONS)
 
-RATES = ("PPV", "NPV", "TPR", "TNR", "ACC")
 
 EXACT = 1e-9
 """A fit is exact where the root mean square distance of the surfaces is at most this share of the extent."""

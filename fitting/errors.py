@@ -1,22 +1,29 @@
 """The two mistakes a caller can make; everything else is an outcome, not an error."""
 
 from dataclasses import dataclass
+from typing import Self
 
 
-class InvalidPointCloudError(ValueError):
-    """The points cannot be a cloud of any allowed kind; the message holds the numbers that say why."""
-
-    def __init__(self, message: str, field: str = "points") -> None:
-        super().__init__(message)
-        self.field = field
-
-
-class InvalidOptionError(ValueError):
-    """An option is unknown or out of its range; `field` names it."""
+class _FieldError(ValueError):
+    """A value from outside that cannot be meant; `field` names it."""
 
     def __init__(self, message: str, field: str) -> None:
         super().__init__(message)
         self.field = field
+
+    def __reduce__(self) -> tuple[type[Self], tuple[str, str]]:
+        return type(self), (str(self), self.field)
+
+
+class InvalidPointCloudError(_FieldError):
+    """The points cannot be a cloud of any allowed kind; the message holds the numbers that say why."""
+
+    def __init__(self, message: str, field: str = "points") -> None:
+        super().__init__(message, field)
+
+
+class InvalidOptionError(_FieldError):
+    """An option is unknown or out of its range; `field` names it."""
 
 
 @dataclass(frozen=True)

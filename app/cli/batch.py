@@ -10,6 +10,8 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from primfit.fitting.shrec22 import LAYOUT
+
 from ..engine.answer import to_json
 from ..engine.names import Ids, plain
 from ..engine.shrec22 import prediction
@@ -148,6 +150,9 @@ def _keep(target: Path, name: str, format: str, answer: dict[str, Any] | Problem
         _write(target, to_json(answer) + b"\n")
     elif answer["primitive"] is None:
         summary.problems.append(Problem(name, f"nothing to write: {answer['message']}"))
+    elif answer["primitive"]["kind"] not in LAYOUT:
+        kind = answer["primitive"]["kind"]
+        summary.problems.append(Problem(name, f"nothing to write: the SHREC 2022 track has no {kind}"))
     else:
         _write(target, prediction(answer["primitive"]).encode())
 

@@ -29,7 +29,11 @@ def guess_of(values: object) -> Primitive:
             f"a {kind} has kind, {', '.join(names)}",
             "initial_guess",
         )
-    return PRIMITIVES[kind](**{name: _value(name, values[name]) for name in names})
+    given = {name: _value(name, values[name]) for name in names}
+    try:
+        return PRIMITIVES[kind](**given)
+    except ValueError as error:
+        raise InvalidOptionError(f"initial_guess is no {kind}: {error}", "initial_guess") from error
 
 
 def _value(name: str, value: object) -> Any:

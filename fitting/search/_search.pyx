@@ -52,7 +52,7 @@ def settle(
     int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths, int steps,
     Bounds limits=None
 ):
-    """Rows (K, 9) after some robust steps, and their last distances (K, N); see `fitting.solver.refine.settle`."""
+    """Rows (K, 9) after some robust steps, and their last distances (K, N); see `fitting.search.starts.settled`."""
     cdef const Held *within = held_by(limits)
     cdef Py_ssize_t k, n = points.shape[0]
     cdef Surface surface
@@ -77,7 +77,7 @@ def compete(
     int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths,
     double resolved, const long long[:, ::1] stages
 ):
-    """The best of the rows (K, 9) after some stages, and its distances (N,); see `fitting.solver.refine.compete`."""
+    """The best of the rows (K, 9) after some stages, and its distances (N,); see `fitting.search.starts.compete`."""
     cdef Py_ssize_t k, i, n = points.shape[0], count, left = rows.shape[0], first
     cdef Py_ssize_t most = 5 * n + (2 + MOST) * BLOCK
     cdef double *room = room_for(most + left + left * sizeof(Surface) // sizeof(double))

@@ -243,7 +243,7 @@ def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> End:
     candidates = np.empty(0, np.intp)
     for _ in range(STEPS):
         place = Place.at(task, primitive, points, values)
-        if task is MAXIMUM_INSCRIBED and -place.worst > cloud.extent:
+        if not np.isfinite(place.slopes).all() or (task is MAXIMUM_INSCRIBED and -place.worst > cloud.extent):
             return End(primitive, False)
         linear = linear_programme(values, place.slopes, region, candidates)
         if linear is None:

@@ -16,3 +16,4 @@ __version__ = version("primfit")
 
 # The names are those of the file __init__.pyi; each is imported when it is first asked for.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ += ["__version__"]

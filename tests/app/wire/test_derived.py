@@ -47,7 +47,7 @@ class Ellipsoid(Sized):
     outline : is no longer said here
     """
 
-    kind: ClassVar[str] = "ellipsoid"
+    kind: ClassVar[str] = "prism"
 
     center: Array
     first: Array | None
@@ -73,7 +73,7 @@ def test_types_follow_the_fields_and_the_shapes() -> None:
     schema = _schema(_model())
     of = schema["properties"]
     vector = {"items": {"type": "number"}, "minItems": 3, "maxItems": 3, "type": "array"}
-    assert of["kind"]["const"] == "ellipsoid" and schema["required"] == list(of)
+    assert of["kind"]["const"] == "prism" and schema["required"] == list(of)
     assert vector.items() <= of["center"].items()
     assert vector.items() <= of["first"]["anyOf"][0].items() and of["first"]["anyOf"][1] == {"type": "null"}
     assert vector.items() <= of["outline"]["items"].items()
@@ -129,4 +129,4 @@ def test_each_kind_is_told_by_its_name_and_closed(kind: str) -> None:
 def test_a_union_of_one_more_kind_tells_it_apart() -> None:
     known = [schemas._PRIMITIVES[kind] for kind in KINDS]
     schema = _schema(union([*known, _model()]))
-    assert schema["discriminator"]["mapping"].keys() == {*KINDS, "ellipsoid"}
+    assert schema["discriminator"]["mapping"].keys() == {*KINDS, "prism"}

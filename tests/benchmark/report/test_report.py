@@ -1,4 +1,4 @@
-"""The report's tables, from records that are made up; `test_command` has the files."""
+"""The report's tables, from records that are made up; `tests/benchmark/test_command.py` has the files."""
 
 from dataclasses import replace
 
