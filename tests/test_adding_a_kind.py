@@ -106,6 +106,28 @@ def test_into_a_step_file(copy: Path, cloud: Path, tmp_path: Path) -> None:
     assert BRepCheck_Analyzer(reader.OneShape()).IsValid()
 
 
+OTHERS = """
+import numpy as np, primfit
+
+rng, kinds = np.random.default_rng(6), []
+u, v = rng.uniform(0.0, 4.0, 600), rng.uniform(0.5, 2.0, 600)
+for given in (
+    primfit.Plane([0.0, 0.6, 0.8], [1.0, 2.0, 3.0]),
+    primfit.Sphere([1.0, 2.0, 3.0], 2.0),
+    primfit.Cylinder([0.0, 0.6, 0.8], [1.0, 2.0, 3.0], 1.0),
+    primfit.Cone([1.0, 2.0, 3.0], [0.0, 0.6, 0.8], 0.4),
+    primfit.Torus([1.0, 2.0, 3.0], [0.0, 0.6, 0.8], 3.0, 1.0),
+):
+    found = primfit.fit(given.surface(u, v) + 0.005 * rng.normal(size=(600, 3)))
+    print(found.status, given.kind == found.primitive.kind)
+"""
+
+
+def test_the_other_kinds_are_still_found(copy: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", OTHERS], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["fitted", "True"] * 5
+
+
 def test_its_own_tests_hold(copy: Path) -> None:
     """They are part of the patch; the copy has no others."""
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/fitting/primitives"]
