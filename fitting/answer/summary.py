@@ -6,7 +6,7 @@ from typing import Any
 
 from ..extents import EXTENTS
 from ..plain import worded
-from ..primitives import DIRECTIONS
+from ..primitives import DIRECTIONS, is_angle
 
 Row = tuple[str, str]
 """A label, empty where it is that of the row before, and what stands beside it."""
@@ -70,7 +70,7 @@ def _parameters(primitive: Mapping[str, Any], label: str, known: Mapping[str, An
         if isinstance(value, list):
             yield from _vector(name, value, intervals, direction)
         elif name != "kind":
-            unit = f" rad = {_plain(math.degrees(value))} degrees" if name == "half_angle" else ""
+            unit = f" rad = {_plain(math.degrees(value))} degrees" if is_angle(name) else ""
             interval = intervals.get(name)
             yield worded(name), _aligned(_known_to(value, interval)) + _within(value, interval) + unit
     if known is not None and known["position"] is not None:

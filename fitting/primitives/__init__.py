@@ -47,9 +47,14 @@ def names_of(kind: str) -> tuple[str, ...]:
     return tuple(names)
 
 
+def is_angle(name: str) -> bool:
+    """Whether a number is an angle [rad]."""
+    return name.endswith("angle")
+
+
 def is_length(name: str) -> bool:
     """Whether a number carries the unit of the points; directions and angles do not."""
-    return name != "half_angle" and name.split(".")[0] not in DIRECTIONS
+    return not is_angle(name) and name.split(".")[0] not in DIRECTIONS
 
 
 def values_of(primitive: Primitive) -> Array:

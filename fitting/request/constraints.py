@@ -14,7 +14,7 @@ from ..errors import InvalidOptionError
 from ..geometry.vectors import Array, unit, vector
 from ..names import KINDS
 from ..plain import worded
-from ..primitives import parameters_of
+from ..primitives import is_angle, parameters_of
 from ..primitives.primitive import Primitive
 from .values import Triple, direction, number, positive, triple
 
@@ -202,7 +202,7 @@ def _range(field: str, value: object) -> Range:
         raise InvalidOptionError(f"{field} needs either a value, or a min, a max or both", field)
     low, high = numbers.get("min", 0.0), numbers.get("max", math.inf)
     result = Range(numbers.get("value", low), numbers.get("value", high))
-    _check_range(field, result, angle=field.endswith("half_angle"))
+    _check_range(field, result, angle=is_angle(field))
     return result
 
 

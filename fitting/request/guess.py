@@ -5,7 +5,7 @@ from typing import Any
 
 from ..errors import InvalidOptionError
 from ..names import KINDS
-from ..primitives import DIRECTIONS, PRIMITIVES, VECTORS, parameters_of
+from ..primitives import DIRECTIONS, PRIMITIVES, VECTORS, is_angle, parameters_of
 from ..primitives.primitive import Primitive
 from .constraints import LARGEST_ANGLE, SMALLEST_ANGLE, angle_error
 from .values import direction, positive, triple
@@ -43,6 +43,6 @@ def _value(name: str, value: object) -> Any:
     if name in VECTORS:
         return triple(field, value)
     result = positive(field, value)
-    if name == "half_angle" and not SMALLEST_ANGLE <= result <= LARGEST_ANGLE:
+    if is_angle(name) and not SMALLEST_ANGLE <= result <= LARGEST_ANGLE:
         raise angle_error(field, f"{result:g}")
     return result

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..cloud.frame import Frame
 from ..errors import InvalidOptionError
+from ..primitives import is_angle
 from ..primitives.primitive import Primitive
 from .constraints import Constraints, Direction, Range
 
@@ -15,7 +16,7 @@ def check_reach(constraints: Constraints, guess: Primitive | None, frame: Frame)
     """Raise `InvalidOptionError` for a position, a least length or a guess that is farther or larger."""
     with np.errstate(over="ignore", invalid="ignore"):
         for name, value in constraints.given.items():
-            if isinstance(value, Range) and name != "half_angle":
+            if isinstance(value, Range) and not is_angle(name):
                 _check(f"constraints.{name}", np.float64(value.low) / frame.scale)
             elif not isinstance(value, Range | Direction):
                 _check(f"constraints.{name}", np.max(np.abs(frame.normalize(np.array(value)))))

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..cloud.frame import Frame
 from ..geometry.vectors import TINY, Z_AXIS, Array, basis
-from ..primitives import PRIMITIVES
+from ..primitives import PRIMITIVES, is_angle
 from ..primitives.primitive import Known, Primitive
 from ..request.constraints import TOUCHES, Constraints, Direction, Range
 from ._limits import Bounds
@@ -55,7 +55,7 @@ class Limits:
         for name, value in acting.items():
             if isinstance(value, Range):
                 component, place = chart.numbers[name]
-                length = 1.0 if name == "half_angle" else frame.scale
+                length = 1.0 if is_angle(name) else frame.scale
                 frozen[component] = value.fixed
                 low[place - 6] = value.low / length if value.low > 0.0 else -np.inf
                 high[place - 6] = value.high / length

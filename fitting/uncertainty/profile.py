@@ -14,7 +14,7 @@ import numpy as np
 
 from ..geometry.vectors import Array
 from ..noise.kernels import Kernel
-from ..primitives import SIZES
+from ..primitives import SIZES, is_angle
 from ..primitives.primitive import Primitive
 from ..solver.refine import linearize, stepped
 from ..trial.limits import Limits
@@ -134,7 +134,7 @@ def _moved(cost: Cost, surface: Primitive, step: Array, most: float) -> tuple[Pr
     while share > SHORTEST:
         there = stepped(surface, share * step)
         if all(
-            0.0 < old / GROWTH <= new <= old * GROWTH and (name != "half_angle" or new < np.pi / 2)
+            0.0 < old / GROWTH <= new <= old * GROWTH and (not is_angle(name) or new < np.pi / 2)
             for (name, old), (_, new) in zip(_sizes(surface), _sizes(there), strict=True)
         ):
             local = cost.near(there)
@@ -147,7 +147,7 @@ def _moved(cost: Cost, surface: Primitive, step: Array, most: float) -> tuple[Pr
 def _is_flat(start: Primitive, surface: Primitive) -> bool:
     """Whether a size has gone as far as sizes go."""
     return any(
-        not FLATTEST <= new <= np.pi / 2 - FLATTEST if name == "half_angle" else new > old / FLATTEST
+        not FLATTEST <= new <= np.pi / 2 - FLATTEST if is_angle(name) else new > old / FLATTEST
         for (name, old), (_, new) in zip(_sizes(start), _sizes(surface), strict=True)
     )
 

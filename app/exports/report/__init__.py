@@ -9,7 +9,7 @@ from primfit.fitting.answer.residuals import Deviations
 from primfit.fitting.answer.result import Alternative
 from primfit.fitting.errors import FailedFit
 from primfit.fitting.plain import worded
-from primfit.fitting.primitives import SIZES
+from primfit.fitting.primitives import SIZES, is_angle
 
 from ..colors import color_limit
 from ..drawing import DRAWINGS
@@ -143,7 +143,7 @@ def _key_figures(fitted: Fitted, inliers: Deviations, unit: str) -> Markup:
     for name in SIZES:
         if (value := getattr(fitted.primitive, name, None)) is not None:
             deviation = known[name].standard_deviation if name in known else None
-            if name == "half_angle":
+            if is_angle(name):
                 figures.append(("half-angle", f"{np.degrees(value):.6g}\u00b0"))
             else:
                 figures.append((worded(name), f"{_at_most_eight(value, deviation)} {unit}"))

@@ -11,7 +11,7 @@ from primfit.fitting.answer.values import Deviation, ErrorSummary
 from primfit.fitting.errors import FailedFit
 from primfit.fitting.extents.values import Extents
 from primfit.fitting.plain import worded
-from primfit.fitting.primitives import DIRECTIONS, is_length, names_of, values_of
+from primfit.fitting.primitives import DIRECTIONS, is_angle, is_length, names_of, values_of
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.uncertainty.values import Uncertainty
 
@@ -36,9 +36,9 @@ def parameters_table(primitive: Primitive, known: Uncertainty | None, unit: str)
     for name, value in zip(names_of(primitive.kind), values_of(primitive).tolist(), strict=True):
         deviation, told = _known(name, known)
         length = is_length(name)
-        of = unit if length else "rad" if name == "half_angle" else ""
+        of = unit if length else "rad" if is_angle(name) else ""
         rows.append((worded(name), cell(known_to(value, deviation)), of, told))
-        if name == "half_angle":
+        if is_angle(name):
             degrees = known_to(math.degrees(value), deviation and math.degrees(deviation))
             rows.append(("", cell(degrees), "degrees", ""))
     if known is None:

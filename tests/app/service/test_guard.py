@@ -4,30 +4,15 @@ import json
 import socket
 from typing import Any
 
-import httpx
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from primfit.app.service.guard import OPEN
+from tests.app.service.asking import BEARER, is_problem, unfinished
 from tests.app.serving import ALICE, NAMELESS, PATIENCE, wait_for
 from tests.paths import EXAMPLES
 
 SMALL = json.loads((EXAMPLES / "request.json").read_bytes())
-BEARER = {"Authorization": f"Bearer {ALICE}"}
-
-
-def _is_problem(response: httpx.Response, status: int, slug: str) -> None:
-    assert response.status_code == status, response.text
-    assert response.json()["type"] == f"urn:primfit:problem:{slug}"
-    assert response.json()["instance"] == f"/requests/{response.headers['x-request-id']}"
-
-
-def _unfinished(port: int, *headers: str) -> bytes:
-    """What comes back for the head of a request whose body never comes."""
-    lines = ["POST /fit HTTP/1.1", "Host: x", "Content-Type: text/csv", "Content-Length: 1000000", *headers]
-    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as connection:
-        connection.sendall("\r\n".join([*lines, "", ""]).encode())
-        return connection.recv(65536)
 
 
 def test_every_operation_but_the_open_ones_needs_a_key(guarded_service: Any) -> None:
@@ -39,9 +24,9 @@ def test_every_operation_but_the_open_ones_needs_a_key(guarded_service: Any) -> 
             if path in OPEN:
                 assert response.status_code == 200
             else:
-                _is_problem(response, 401, "unauthorized")
+                is_problem(response, 401, "unauthorized")
                 assert response.headers["www-authenticate"] == 'Bearer realm="primfit"'
-    _is_problem(guarded_service.client.get("/nothing/here"), 401, "unauthorized")
+    is_problem(guarded_service.client.get("/nothing/here"), 401, "unauthorized")
     assert guarded_service.client.get("/docs").status_code == 200
 
 
@@ -74,7 +59,7 @@ def test_a_key_opens_the_door(guarded_service: Any, headers: dict[str, str]) -> 
 def test_what_is_no_key_does_not(guarded_service: Any, headers: dict[str, str]) -> None:
     encoded = {name: value.encode("latin-1") for name, value in headers.items()}
     response = guarded_service.client.post("/fit", json=SMALL, headers=encoded)
-    _is_problem(response, 401, "unauthorized")
+    is_problem(response, 401, "unauthorized")
     assert ALICE[:-1] not in response.text
 
 
@@ -89,13 +74,13 @@ def test_neither_host_nor_path_gets_around_it(guarded_service: Any, host: str, p
 
 
 def test_the_door_is_shut_before_the_body_comes(guarded_service: Any) -> None:
-    assert b" 401 " in _unfinished(guarded_service.port)
+    assert b" 401 " in unfinished(guarded_service.port)
 
 
 def test_a_large_body_without_a_key_is_answered_and_the_connection_goes_on(guarded_service: Any) -> None:
     for _ in range(3):
         response = guarded_service.post(b"1,2,3\n" * 2_000_000, "text/csv")
-        _is_problem(response, 401, "unauthorized")
+        is_problem(response, 401, "unauthorized")
     assert guarded_service.client.get("/livez").status_code == 200
 
 

@@ -1,31 +1,14 @@
 """Rate limits, by key and by address, against a real service."""
 
-import socket
 from collections.abc import Iterator
 from typing import Any
 
-import httpx
 import pytest
 
 from primfit.app.service.rate_limit import RateLimit
 from primfit.app.wire.problems import RateLimitedError
-from tests.app.serving import ALICE, PATIENCE, running
-
-BEARER = {"Authorization": f"Bearer {ALICE}"}
-
-
-def _is_problem(response: httpx.Response, status: int, slug: str) -> None:
-    assert response.status_code == status, response.text
-    assert response.json()["type"] == f"urn:primfit:problem:{slug}"
-    assert response.json()["instance"] == f"/requests/{response.headers['x-request-id']}"
-
-
-def _unfinished(port: int, *headers: str) -> bytes:
-    """What comes back for the head of a request whose body never comes."""
-    lines = ["POST /fit HTTP/1.1", "Host: x", "Content-Type: text/csv", "Content-Length: 1000000", *headers]
-    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as connection:
-        connection.sendall("\r\n".join([*lines, "", ""]).encode())
-        return connection.recv(65536)
+from tests.app.service.asking import BEARER, is_problem, unfinished
+from tests.app.serving import ALICE, running
 
 
 @pytest.fixture(scope="module")
@@ -49,11 +32,11 @@ def test_a_client_that_asks_too_often_is_told_when_to_come_back(limited: Any) ->
         assert response.headers["ratelimit-policy"] == '"client";q=3;w=86400'
         assert response.headers["ratelimit"].startswith(f'"client";r={left};t=')
     refused = limited.client.get("/docs", headers=client)
-    _is_problem(refused, 429, "rate-limited")
+    is_problem(refused, 429, "rate-limited")
     assert refused.json()["detail"].startswith("3 requests in 86400 s")
     assert 1 <= int(refused.headers["retry-after"]) <= 86400
     assert limited.client.get("/docs", headers={"X-Forwarded-For": "203.0.113.2"}).status_code == 200
-    assert b" 429 " in _unfinished(limited.port, "X-Forwarded-For: 203.0.113.1")
+    assert b" 429 " in unfinished(limited.port, "X-Forwarded-For: 203.0.113.1")
 
 
 def test_guessing_keys_is_limited_too(limited: Any) -> None:

@@ -3,25 +3,14 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidPointCloudError
 from primfit.fitting.noise import rounding
 from primfit.fitting.noise.rounding import rounding_of
 from primfit.fitting.recognize import recognize
-from primfit.fitting.request.config import Config
 from tests.fitting.clouds import EXAMPLES, rotation, sample
+from tests.fitting.noise.spheres import radius_error
 
 Patch = pytest.MonkeyPatch
-
-
-def _sphere(points: np.ndarray) -> Recognition:
-    answer = recognize(points, Config(kinds=("sphere",)))
-    assert answer.primitive is not None and answer.noise is not None
-    return answer
-
-
-def _radius_error(points: np.ndarray) -> float:
-    return abs(float(_sphere(points).primitive.radius) - 1.3)  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize(
@@ -83,6 +72,6 @@ def test_a_fine_step_taken_for_noise_hides_the_exact_points(monkeypatch: Patch) 
     points = sample(EXAMPLES["sphere"], 1000)
     points[:800] += np.random.default_rng(2).uniform(-0.1, 0.1, (800, 3))
     points = np.round(points, 4)
-    assert _radius_error(points) < 1e-5
+    assert radius_error(points) < 1e-5
     monkeypatch.setattr(rounding, "COARSEST_STEPS", np.inf)
-    assert _radius_error(points) > 1e-3
+    assert radius_error(points) > 1e-3

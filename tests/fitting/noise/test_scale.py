@@ -3,24 +3,12 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.answer.result import Recognition
 from primfit.fitting.noise import scale
 from primfit.fitting.noise.scale import core_scale, is_normal
-from primfit.fitting.recognize import recognize
-from primfit.fitting.request.config import Config
 from tests.fitting.clouds import EXAMPLES, noisy
+from tests.fitting.noise.spheres import radius_error
 
 Patch = pytest.MonkeyPatch
-
-
-def _sphere(points: np.ndarray) -> Recognition:
-    answer = recognize(points, Config(kinds=("sphere",)))
-    assert answer.primitive is not None and answer.noise is not None
-    return answer
-
-
-def _radius_error(points: np.ndarray) -> float:
-    return abs(float(_sphere(points).primitive.radius) - 1.3)  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize("outliers", [0, 1500])
@@ -47,7 +35,7 @@ def test_without_a_core_outliers_are_noise(monkeypatch: Patch) -> None:
     rng = np.random.default_rng(3)
     points = noisy(EXAMPLES["sphere"], 1000, 0.01)
     points[:300] = rng.uniform(-1.0, 2.0, (300, 3))
-    assert _radius_error(points) < 2e-3
+    assert radius_error(points) < 2e-3
     monkeypatch.setattr(scale, "CORE", 1e3)
     monkeypatch.setattr(scale, "CORE_DEVIATION", 1.0)
-    assert _radius_error(points) > 1e-2
+    assert radius_error(points) > 1e-2
