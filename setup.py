@@ -28,7 +28,7 @@ def compiled(source: Path) -> Extension:
         include_dirs=[str(FITTING)],
         define_macros=[("Py_LIMITED_API", "0x030B0000")],
         py_limited_api=True,
-        extra_compile_args=["-O3", "-fno-math-errno", "-fopenmp-simd"],
+        extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math", "-fopenmp-simd"],
     )
 
 

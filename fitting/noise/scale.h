@@ -8,10 +8,11 @@
 #define CORE_ROUNDS 30
 
 /* Standard deviation under the weights (1 - (x / core / scale)^2)^2 over that of a normal variable, or 0. */
-static inline double weighed(const double *absolute, ptrdiff_t n, double scale, double core, double deviation)
+VECTOR_UNITS static double weighed(const double *absolute, ptrdiff_t n, double scale, double core, double deviation)
 {
     const double unit = 1.0 / (core * scale * core * scale);
     double total = 0.0, weights = 0.0;
+#pragma omp simd reduction(+ : total, weights)
     for (ptrdiff_t i = 0; i < n; i++) {
         const double square = absolute[i] * absolute[i], weight = greater(1.0 - unit * square, 0.0);
         weights += weight * weight;

@@ -20,6 +20,7 @@ EVERYWHERE void cone_loop(const Surface *s, Points points, double *restrict d, d
     const double offset = s->numbers[2], sine = sin(s->numbers[0]), cosine = cos(s->numbers[0]);
     const double apex = -offset / sine;
     double behind = 0.0;
+#pragma omp simd reduction(min : behind)
     for (ptrdiff_t i = 0; i < n; i++) {
         const Around at = around_axis(f, px[i], py[i], pz[i]);
         const double side = (at.h - apex) * cosine + at.rho * sine;

@@ -12,6 +12,7 @@ EVERYWHERE void cylinder_loop(const Surface *s, Points points, double *restrict 
     const ptrdiff_t n = points.n;
     const Frame f = frame_of(s);
     const double radius = s->numbers[2];
+#pragma omp simd
     for (ptrdiff_t i = 0; i < n; i++) {
         const Around at = around_axis(f, px[i], py[i], pz[i]);
         d[i] = at.rho - radius;

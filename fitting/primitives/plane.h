@@ -8,6 +8,7 @@ EVERYWHERE void plane_loop(const Surface *s, Points points, double *restrict d, 
     const double *restrict px = points.x, *restrict py = points.y, *restrict pz = points.z;
     const ptrdiff_t n = points.n;
     const Frame f = frame_of(s);
+#pragma omp simd
     for (ptrdiff_t i = 0; i < n; i++) {
         const double x = px[i] - f.cx, y = py[i] - f.cy, z = pz[i] - f.cz;
         d[i] = x * f.ax + y * f.ay + z * f.az;

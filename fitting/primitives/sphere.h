@@ -8,6 +8,7 @@ EVERYWHERE void sphere_loop(const Surface *s, Points points, double *restrict d,
     const double *restrict px = points.x, *restrict py = points.y, *restrict pz = points.z;
     const ptrdiff_t n = points.n;
     const double cx = s->anchor[0], cy = s->anchor[1], cz = s->anchor[2], radius = s->numbers[2];
+#pragma omp simd
     for (ptrdiff_t i = 0; i < n; i++) {
         const double x = px[i] - cx, y = py[i] - cy, z = pz[i] - cz;
         const double length = sqrt(x * x + y * y + z * z), inverse = -1.0 / (length + TINY);

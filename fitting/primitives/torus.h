@@ -12,6 +12,7 @@ EVERYWHERE void torus_loop(const Surface *s, Points points, double *restrict d, 
     const ptrdiff_t n = points.n;
     const Frame f = frame_of(s);
     const double major = s->numbers[1], minor = s->numbers[2];
+#pragma omp simd
     for (ptrdiff_t i = 0; i < n; i++) {
         const Around at = around_axis(f, px[i], py[i], pz[i]);
         const double across = at.rho - major, length = sqrt(across * across + at.h * at.h);
