@@ -1,11 +1,13 @@
 """A checked cloud with everything about it that does not depend on the kind that is tried."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from ..errors import InvalidPointCloudError
+from ..geometry.axes import Oriented
 from ..geometry.vectors import Array, principal
 from ..noise.rounding import ULPS, rounding_of
 from .frame import Frame
@@ -22,6 +24,12 @@ SAMPLE_POINTS = 1024
 
 NORMAL_POINTS = 512
 """... and those of them that get normals: the classifier sees these, starts are derived from the first."""
+
+SEARCH_POINTS = 512
+"""Points that the annealing runs on."""
+
+GUESS_POINTS = 160
+"""The first of them: starts are derived from these and ranked on them."""
 
 LARGEST_COORDINATE = 1e100
 """Beyond this magnitude squares and products of coordinates overflow."""
@@ -76,6 +84,16 @@ class Cloud:
     flat: bool
     factors: Array | None = None
     working_factors: Array | None = None
+
+    @cached_property
+    def searched(self) -> Array:
+        """(K, 3) the points that a search looks at."""
+        return self.working[self.sample[:SEARCH_POINTS]]
+
+    @cached_property
+    def oriented(self) -> Oriented:
+        """The first of them with their normals."""
+        return Oriented(self.searched[:GUESS_POINTS], self.normals[:GUESS_POINTS])
 
     @classmethod
     def prepare(

@@ -1,13 +1,28 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Overdetermined linear systems, reweighted: many small ones at once."""
+"""Linear systems that starts come from, reweighted: many small ones at once."""
 
-from libc.math cimport sqrt
+from libc.math cimport fabs, sqrt
 from libc.stdlib cimport free
 
 import numpy as np
 
+cdef extern from "geometry/columns.h" nogil:
+    void weighted_sums(
+        const double *weight, const double *d, const double *columns, Py_ssize_t n, int m, double *scratch,
+        double *normal, int width, double *gradient
+    )
+    void remainder_of(
+        const double *columns, const double *target, Py_ssize_t n, int m, const double *factors, double *rest
+    )
+    void down_weigh(const double *rest, Py_ssize_t n, double middle, double *weight)
+    void profile(
+        const double *x, const double *y, const double *z, Py_ssize_t n, const double *axis, const double *foot,
+        double *h, double *rho
+    )
+
 cdef extern from "geometry/median.h" nogil:
     bint absolutes(const double *distance, Py_ssize_t n, double *absolute)
+    double selected(double *values, Py_ssize_t n, Py_ssize_t rank)
     double median(double *values, Py_ssize_t n)
 
 cdef extern from "geometry/small.h" nogil:
@@ -17,15 +32,16 @@ cdef extern from "geometry/small.h" nogil:
     bint solve(
         const double *normal, const double *gradient, const double *scales, double damping, int dof, double *step
     )
+    void eigen(double *matrix, double *values, double *vectors)
 
 cdef extern from "geometry/room.h":
     double *room_for(Py_ssize_t numbers) except NULL
 
 
 cdef void solve_overdetermined(
-    const double *design, const double *target, Py_ssize_t n, int m, int rounds, double *room, double *solution
+    const double *columns, const double *target, Py_ssize_t n, int m, int rounds, double *room, double *solution
 ) noexcept nogil:
-    """Reweighted least squares for  design (n, m) . solution = target (n,);  the room is (3, n).
+    """Reweighted least squares for  sum columns[k] solution[k] = target (n,);  the room is (3, n).
 
     Weights are 1 / (1 + (residual / median)^2) after the first round.
     """
@@ -33,31 +49,21 @@ cdef void solve_overdetermined(
     cdef double right[MOST]
     cdef double scales[MOST]
     cdef double *weight = room
-    cdef double *residual = room + n
+    cdef double *rest = room + n
     cdef double *scratch = room + 2 * n
-    cdef double weighted, trace, ridge, middle
-    cdef const double *row
+    cdef double trace, ridge
     cdef Py_ssize_t i
-    cdef int j, l, turn
+    cdef int j, turn
     for j in range(m):
         solution[j] = 0.0
     for i in range(n):
         weight[i] = 1.0
     for turn in range(rounds):
-        for j in range(m):
-            right[j] = 0.0
-            for l in range(j + 1):
-                normal[j * MOST + l] = 0.0
-        for i in range(n):
-            row = design + i * m
-            for j in range(m):
-                weighted = weight[i] * row[j]
-                right[j] -= weighted * target[i]
-                for l in range(j + 1):
-                    normal[j * MOST + l] += weighted * row[l]
+        weighted_sums(weight, target, columns, n, m, scratch, normal, MOST, right)
         trace = 0.0
         for j in range(m):
             trace += normal[j * MOST + j]
+            right[j] = -right[j]
         for j in range(m):
             normal[j * MOST + j] += 1e-13 * trace + TINY
             scales[j] = sqrt(normal[j * MOST + j])
@@ -66,32 +72,35 @@ cdef void solve_overdetermined(
             ridge = max(1e3 * ridge, 1e-15)
         if turn + 1 == rounds:
             return
-        for i in range(n):
-            residual[i] = -target[i]
-            row = design + i * m
-            for j in range(m):
-                residual[i] += row[j] * solution[j]
-        if not absolutes(residual, n, scratch):
+        remainder_of(columns, target, n, m, solution, rest)
+        if not absolutes(rest, n, scratch):
             return
-        middle = median(scratch, n) + 1e-12
-        for i in range(n):
-            weight[i] = 1.0 / (1.0 + residual[i] / middle * (residual[i] / middle))
+        down_weigh(rest, n, median(scratch, n) + 1e-12, weight)
 
 
-def solve_linear(const double[:, :, ::1] design, const double[:, ::1] target, int rounds):
-    """Solutions (K, m) of  design (K, N, m) . x = target (K, N);  see `fitting.geometry.axes.robust_linear_solve`."""
-    cdef Py_ssize_t k, n = design.shape[1]
-    cdef int m = design.shape[2]
+def solve_linear(const double[:, :, ::1] columns, const double[:, ::1] target, int rounds):
+    """Solutions (K, m) for columns (K, m, N);  see `fitting.geometry.axes.robust_linear_solve`."""
+    cdef Py_ssize_t k, n = columns.shape[2]
+    cdef int m = columns.shape[1]
     if m > MOST:
         raise ValueError(f"at most {MOST} unknowns, not {m}")
-    result = np.empty((design.shape[0], m))
+    result = np.empty((columns.shape[0], m))
     cdef double[:, ::1] view = result
     cdef double *room = room_for(3 * n)
     with nogil:
-        for k in range(design.shape[0]):
-            solve_overdetermined(&design[k, 0, 0], &target[k, 0], n, m, rounds, room, &view[k, 0])
+        for k in range(columns.shape[0]):
+            solve_overdetermined(&columns[k, 0, 0], &target[k, 0], n, m, rounds, room, &view[k, 0])
     free(room)
     return result
+
+
+cdef void solve_circle(double *columns, Py_ssize_t n, int rounds, double *room, double *solution) noexcept nogil:
+    """For  x^2 + y^2 = a x + b y + c  with columns (4, n): x, y, and room; the other room is (3, n)."""
+    cdef Py_ssize_t i
+    for i in range(n):
+        columns[2 * n + i] = 1.0
+        columns[3 * n + i] = columns[i] * columns[i] + columns[n + i] * columns[n + i]
+    solve_overdetermined(columns, columns + 3 * n, n, 3, rounds, room, solution)
 
 
 def solve_circles(const double[:, ::1] x, const double[:, ::1] y, int rounds):
@@ -100,13 +109,111 @@ def solve_circles(const double[:, ::1] x, const double[:, ::1] y, int rounds):
     result = np.empty((x.shape[0], 3))
     cdef double[:, ::1] view = result
     cdef double *room = room_for(7 * n)
-    cdef double *design = room + 3 * n
-    cdef double *target = room + 6 * n
+    cdef double *columns = room + 3 * n
     with nogil:
         for k in range(x.shape[0]):
             for i in range(n):
-                design[3 * i], design[3 * i + 1], design[3 * i + 2] = x[k, i], y[k, i], 1.0
-                target[i] = x[k, i] * x[k, i] + y[k, i] * y[k, i]
-            solve_overdetermined(design, target, n, 3, rounds, room, &view[k, 0])
+                columns[i], columns[n + i] = x[k, i], y[k, i]
+            solve_circle(columns, n, rounds, room, &view[k, 0])
     free(room)
     return result
+
+
+def solve_profiles(const double[:, ::1] points, const double[:, ::1] axes, const double[:, ::1] feet, int rounds):
+    """The same of the profiles (rho, h) of points (N, 3) about K axes (K, 3) through feet (K, 3)."""
+    cdef Py_ssize_t k, i, n = points.shape[0]
+    result = np.empty((axes.shape[0], 3))
+    cdef double[:, ::1] view = result
+    cdef double *room = room_for(10 * n)
+    cdef double *columns = room + 3 * n
+    cdef double *x = room + 7 * n
+    with nogil:
+        for i in range(n):
+            x[i], x[n + i], x[2 * n + i] = points[i, 0], points[i, 1], points[i, 2]
+        for k in range(axes.shape[0]):
+            profile(x, x + n, x + 2 * n, n, &axes[k, 0], &feet[k, 0], columns + n, columns)
+            solve_circle(columns, n, rounds, room, &view[k, 0])
+    free(room)
+    return result
+
+
+cdef void reduced_scatter(const double *scatter, double *coupling, double *reduced) noexcept nogil:
+    """Of the lower triangle of a scatter (6, 6) of moments and normals: C = N^-1 K and M - K^T C, (3, 3) each."""
+    cdef double lower[3 * MOST]
+    cdef double right[3]
+    cdef double scales[3]
+    cdef double column[3]
+    cdef double trace = 0.0
+    cdef int i, j, k
+    for i in range(6):
+        trace += scatter[i * MOST + i]
+    for i in range(3):
+        for j in range(i + 1):
+            lower[i * MOST + j] = scatter[(3 + i) * MOST + 3 + j]
+        lower[i * MOST + i] += 1e-12 * trace
+        scales[i] = sqrt(lower[i * MOST + i])
+    for j in range(3):
+        for i in range(3):
+            right[i] = -scatter[(3 + i) * MOST + j]
+        solve(lower, right, scales, 0.0, 3, column)
+        for i in range(3):
+            coupling[3 * i + j] = column[i]
+    for i in range(3):
+        for j in range(i + 1):
+            reduced[3 * i + j] = scatter[i * MOST + j]
+            for k in range(3):
+                reduced[3 * i + j] -= scatter[(3 + k) * MOST + i] * coupling[3 * k + j]
+            reduced[3 * j + i] = reduced[3 * i + j]
+
+
+def revolution_axis(const double[:, ::1] points, const double[:, ::1] normals, int rounds):
+    """Direction (3,), moment (3,) and eigenvalues (3,); see `fitting.geometry.axes.revolution_axis`."""
+    cdef Py_ssize_t i, n = points.shape[0]
+    cdef int j, turn
+    cdef double scatter[MOST * MOST]
+    cdef double unused[MOST]
+    cdef double line[6]
+    cdef double coupling[9]
+    cdef double reduced[9]
+    cdef double vectors[9]
+    cdef double middle, total
+    direction, moment, eigenvalues = np.empty(3), np.empty(3), np.empty(3)
+    cdef double[::1] direction_view = direction
+    cdef double[::1] moment_view = moment
+    cdef double[::1] values = eigenvalues
+    cdef double *lines = room_for(9 * n)
+    cdef double *weight = lines + 6 * n
+    cdef double *rest = lines + 7 * n
+    cdef double *scratch = lines + 8 * n
+    with nogil:
+        for i in range(n):
+            lines[i] = points[i, 1] * normals[i, 2] - points[i, 2] * normals[i, 1]
+            lines[n + i] = points[i, 2] * normals[i, 0] - points[i, 0] * normals[i, 2]
+            lines[2 * n + i] = points[i, 0] * normals[i, 1] - points[i, 1] * normals[i, 0]
+            for j in range(3):
+                lines[(3 + j) * n + i] = normals[i, j]
+            weight[i], scratch[i] = 1.0 / n, 0.0
+        for turn in range(rounds):
+            weighted_sums(weight, scratch, lines, n, 6, rest, scatter, MOST, unused)
+            reduced_scatter(scatter, coupling, reduced)
+            eigen(reduced, &values[0], vectors)
+            for j in range(3):
+                line[j] = direction_view[j] = vectors[j]
+            for j in range(3):
+                line[3 + j] = moment_view[j] = -(
+                    coupling[3 * j] * line[0] + coupling[3 * j + 1] * line[1] + coupling[3 * j + 2] * line[2]
+                )
+            for i in range(n):
+                scratch[i] = 0.0
+            remainder_of(lines, scratch, n, 6, line, rest)
+            for i in range(n):
+                rest[i] = scratch[i] = fabs(rest[i])
+            middle = 0.5 * selected(scratch, n, n // 2) + 1e-12
+            total = 0.0
+            for i in range(n):
+                weight[i] = 1.0 / (rest[i] + middle)
+                total += weight[i]
+            for i in range(n):
+                weight[i] /= total
+    free(lines)
+    return direction, moment, eigenvalues

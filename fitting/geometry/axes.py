@@ -1,6 +1,7 @@
 """Candidate axis directions and lines, and the linear systems that follow once a direction is known."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -19,19 +20,6 @@ _GRID = np.array(
 )  # fmt: skip
 DIRECTION_GRID: Array = _GRID / np.linalg.norm(_GRID, axis=1)[:, None]
 """Face, edge and corner directions of a cube: every direction is within 28 degrees of one of them."""
-
-
-def axis_directions(points: Array, normals: Array) -> Array:
-    """Directions (K, 3) that an axis of the cloud may have, the informed ones first.
-
-    The eigenvectors of the normals' scatter (the Gauss map of a cylinder is a great circle about its axis,
-    that of a complete cone or torus has its axis for an eigenvector), the axis of the linear line complex,
-    and the grid about the principal axes of the points, which turns with them.
-    """
-    _, by_normals = np.linalg.eigh(normals.T @ normals)
-    _, by_points = principal(points)
-    revolution = revolution_axis(points, normals)
-    return np.vstack([by_normals.T, revolution.direction, DIRECTION_GRID @ by_points.T])
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,19 +41,9 @@ def revolution_axis(points: Array, normals: Array, rounds: int = 4) -> Revolutio
     Source: Pottmann and Wallner, "Computational line geometry", 2001, section 4.2; Pottmann and Randrup,
     "Rotational and helical surface approximation for reverse engineering", Computing 60, 1998.
     """
-    lines = np.hstack([cross(points, normals), normals])
-    weights = np.full(len(lines), 1.0 / len(lines))
-    for _ in range(rounds):
-        scatter = (lines * weights[:, None]).T @ lines
-        lower = scatter[3:, 3:] + 1e-12 * np.trace(scatter) * np.eye(3)
-        coupling = np.linalg.solve(lower, scatter[3:, :3])
-        eigenvalues, vectors = np.linalg.eigh(scatter[:3, :3] - scatter[:3, 3:] @ coupling)
-        direction = vectors[:, 0]
-        momentum = -coupling @ direction
-        residual = np.abs(lines[:, :3] @ direction + lines[:, 3:] @ momentum)
-        middle = np.partition(residual, len(residual) // 2)[len(residual) // 2]
-        weights = 1.0 / (residual + 0.5 * middle + 1e-12)
-        weights /= weights.sum()
+    direction, momentum, eigenvalues = _linear.revolution_axis(
+        np.ascontiguousarray(points), np.ascontiguousarray(normals), rounds
+    )
     return RevolutionAxis(direction, cross(direction, momentum), eigenvalues)
 
 
@@ -100,12 +78,46 @@ class Seen:
         return x[:, None] * self.u + y[:, None] * self.v
 
 
-def robust_linear_solve(design: Array, target: Array, rounds: int = 4) -> Array:
-    """Solutions (K, m) of K overdetermined systems  design (K, N, m) . x = target (K, N), m at most 7.
+@dataclass(frozen=True, eq=False)
+class Oriented:
+    """Points (N, 3) with unit normals (N, 3), and what several kinds of surfaces start from, found once."""
 
-    Reweighted by 1 / (1 + (residual / median)^2), so that a minority of outliers moves them little.
+    points: Array
+    normals: Array
+
+    @cached_property
+    def line(self) -> RevolutionAxis:
+        return revolution_axis(self.points, self.normals)
+
+    @cached_property
+    def directions(self) -> Array:
+        """Directions (K, 3) that an axis may have, the informed ones first.
+
+        The eigenvectors of the normals' scatter (the Gauss map of a cylinder is a great circle about its
+        axis, that of a complete cone or torus has its axis for an eigenvector), the axis of the linear line
+        complex, and the grid about the principal axes of the points, which turns with them.
+        """
+        _, by_normals = np.linalg.eigh(self.normals.T @ self.normals)
+        _, by_points = principal(self.points)
+        return np.vstack([by_normals.T, self.line.direction, DIRECTION_GRID @ by_points.T])
+
+    @cached_property
+    def seen(self) -> Seen:
+        """Along these directions."""
+        return Seen.along(self.directions, self.points, self.normals)
+
+    def along(self, direction: Array) -> Seen:
+        """Along one (3,)."""
+        return Seen.along(direction[None], self.points, self.normals)
+
+
+def robust_linear_solve(columns: Array, target: Array, rounds: int = 4) -> Array:
+    """Solutions (K, m) of K overdetermined systems, m at most 9.
+
+    They are  sum_k columns[:, k] . x_k = target  with columns (K, m, N) and target (K, N), reweighted by
+    1 / (1 + (residual / median)^2), so that a minority of outliers moves them little.
     """
-    return _linear.solve_linear(np.ascontiguousarray(design), np.ascontiguousarray(target), rounds)
+    return _linear.solve_linear(np.ascontiguousarray(columns), np.ascontiguousarray(target), rounds)
 
 
 def circles(x: Array, y: Array, rounds: int = 4) -> tuple[Array, Array, Array]:
@@ -113,7 +125,19 @@ def circles(x: Array, y: Array, rounds: int = 4) -> tuple[Array, Array, Array]:
 
     Source: Kasa, "A circle fitting procedure and its error analysis", IEEE Trans. Instrum. Meas. 25, 1976.
     """
-    solution = _linear.solve_circles(np.ascontiguousarray(x), np.ascontiguousarray(y), rounds)
+    return _circles_of(_linear.solve_circles(np.ascontiguousarray(x), np.ascontiguousarray(y), rounds))
+
+
+def profile_circles(points: Array, axes: Array, feet: Array, rounds: int = 4) -> tuple[Array, Array, Array]:
+    """The same of the profiles of points (N, 3) about K axes (K, 3) through feet (K, 3).
+
+    Distance from the axis, height above the foot, and radius, (K,) each.
+    """
+    return _circles_of(_linear.solve_profiles(*map(np.ascontiguousarray, (points, axes, feet)), rounds))
+
+
+def _circles_of(solution: Array) -> tuple[Array, Array, Array]:
+    """Centres and radii of  x^2 + y^2 = a x + b y + c  from (K, 3)."""
     center_x, center_y = solution[:, 0] / 2.0, solution[:, 1] / 2.0
     return center_x, center_y, np.sqrt(np.maximum(solution[:, 2] + center_x**2 + center_y**2, 1e-12))
 

@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import Seen, axis_directions, random_subsets, robust_linear_solve
+from ..geometry.axes import Oriented, Seen, random_subsets, robust_linear_solve
 from ..geometry.turning import bent_straight
 from ..geometry.vectors import (
     TINY,
@@ -95,17 +95,15 @@ class Cone(Primitive):
         return type(self)(scale * (rotation @ self.apex) + translation, rotation @ self.axis, self.half_angle)
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
-        return cls.rows_about(Seen.along(axis_directions(points, normals), points, normals))
+    def initial_guesses(cls, oriented: Oriented, rng: np.random.Generator) -> Array:
+        return cls.rows_about(oriented.seen)
 
     @classmethod
     def rows_about(cls, seen: Seen, rounds: int = 4) -> Array:
         """For each direction the quadric  x^2 + y^2 = a x + b y + m h^2 + e h + f,  m = tan^2 t."""
         x, y, height = seen.x, seen.y, seen.height
-        design = np.empty((*x.shape, 5))
-        design[..., 0], design[..., 1], design[..., 2] = x, y, height**2
-        design[..., 3], design[..., 4] = height, 1.0
-        a, b, m, e, _ = robust_linear_solve(design, x**2 + y**2, rounds).T
+        columns = np.stack([x, y, height**2, height, np.ones_like(x)], axis=1)
+        a, b, m, e, _ = robust_linear_solve(columns, x**2 + y**2, rounds).T
         m = np.clip(m, 0.01, 100.0)
         apex = -e / (2.0 * m)
         side = np.where(np.median(height, axis=1) > apex, 1.0, -1.0)
@@ -162,12 +160,12 @@ class Cone(Primitive):
         return np.concatenate([self.axis, np.zeros(4)]), float(begin)
 
     @classmethod
-    def guesses_given(cls, known: Known, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+    def guesses_given(cls, known: Known, oriented: Oriented, rng: np.random.Generator) -> Array:
         found = [NO_ROWS]
         if known.direction is not None:
-            found.append(cls.rows_about(Seen.along(known.direction[None], points, normals)))
+            found.append(cls.rows_about(oriented.along(known.direction)))
         if known.position is not None:
-            found.append(cls.rows_from(known.position, points, rng))
+            found.append(cls.rows_from(known.position, oriented.points, rng))
         return np.vstack(found)
 
     @classmethod

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import Seen, axis_directions, circles
+from ..geometry.axes import Oriented, Seen, circles
 from ..geometry.turning import bent_straight
 from ..geometry.vectors import (
     TINY,
@@ -77,8 +77,8 @@ class Cylinder(Primitive):
         )
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
-        return cls.rows_about(Seen.along(axis_directions(points, normals), points, normals))
+    def initial_guesses(cls, oriented: Oriented, rng: np.random.Generator) -> Array:
+        return cls.rows_about(oriented.seen)
 
     @classmethod
     def rows_about(cls, seen: Seen, rounds: int = 4) -> Array:
@@ -118,10 +118,10 @@ class Cylinder(Primitive):
         return [(azimuth, 2.0 * np.pi), (height / extent, 0.0)]
 
     @classmethod
-    def guesses_given(cls, known: Known, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+    def guesses_given(cls, known: Known, oriented: Oriented, rng: np.random.Generator) -> Array:
         if known.direction is None:
             return NO_ROWS
-        return cls.rows_about(Seen.along(known.direction[None], points, normals))
+        return cls.rows_about(oriented.along(known.direction))
 
     def canonical(self, center: Array) -> Self:
         """Same cylinder, axis in its canonical sign, point closest to `center`."""

@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import random_subsets
+from ..geometry.axes import Oriented, random_subsets
 from ..geometry.vectors import Array, basis, canonical_direction, cross, principal, rows, unit, vector
 from .primitive import NO_ROWS, Chart, Known, Limited, Primitive
 
@@ -57,8 +57,9 @@ class Plane(Primitive):
         return type(self)(rotation @ self.normal, scale * (rotation @ self.point) + translation)
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+    def initial_guesses(cls, oriented: Oriented, rng: np.random.Generator) -> Array:
         """The principal plane, and planes through three random points."""
+        points = oriented.points
         center = points.mean(axis=0)
         _, vectors = np.linalg.eigh((points - center).T @ (points - center))
         corners = points[random_subsets(len(points), 3, RANDOM_PLANES, rng)]
@@ -90,10 +91,10 @@ class Plane(Primitive):
         return [(feet @ axes[:, 0] / extent, 0.0), (feet @ axes[:, 1] / extent, 0.0)]
 
     @classmethod
-    def guesses_given(cls, known: Known, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+    def guesses_given(cls, known: Known, oriented: Oriented, rng: np.random.Generator) -> Array:
         if known.direction is None:
             return NO_ROWS
-        return rows(known.direction, np.median(points, axis=0))[None]
+        return rows(known.direction, np.median(oriented.points, axis=0))[None]
 
     def canonical(self, center: Array) -> Self:
         """Same plane, normal in its canonical sign, point closest to `center`."""

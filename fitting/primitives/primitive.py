@@ -6,6 +6,7 @@ from typing import ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
+from ..geometry.axes import Oriented
 from ..geometry.vectors import Array
 
 NO_ROWS: Array = np.empty((0, 9))
@@ -115,23 +116,22 @@ class Primitive(Protocol):
     # -- starts ---------------------------------------------------------------------------------------------
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
-        """Closed-form starts, as rows (K, 9), from a sample (N, 3) with unit normals (N, 3).
+    def initial_guesses(cls, oriented: Oriented, rng: np.random.Generator) -> Array:
+        """Closed-form starts, as rows (K, 9), from a sample in the normalised frame.
 
-        The sample is in the normalised frame.
         Normals help, but poor ones do no harm: starts that need none are always among them.
         """
         ...
 
     @classmethod
     def later_guesses(
-        cls, points: Array, normals: Array, rng: np.random.Generator, settled: Callable[[str, Array], Array]
+        cls, oriented: Oriented, rng: np.random.Generator, settled: Callable[[str, Array], Array]
     ) -> Array:
         """More of them, from those of another kind after some robust steps: `settled(kind, rows)`."""
         return NO_ROWS
 
     @classmethod
-    def guesses_given(cls, known: Known, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+    def guesses_given(cls, known: Known, oriented: Oriented, rng: np.random.Generator) -> Array:
         """More of them where something is known."""
         return NO_ROWS
 

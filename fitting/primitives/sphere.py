@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import random_subsets, robust_linear_solve
+from ..geometry.axes import Oriented, random_subsets, robust_linear_solve
 from ..geometry.turning import NEARER, inverse, turned
 from ..geometry.vectors import TINY, Z_AXIS, Array, basis, rows, vector
 from .primitive import Chart, Limited, Number, Primitive
@@ -59,16 +59,18 @@ class Sphere(Primitive):
         return type(self)(scale * (rotation @ self.center) + translation, scale * self.radius)
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+    def initial_guesses(cls, oriented: Oriented, rng: np.random.Generator) -> Array:
         """The algebraic sphere of all points, reweighted, and those of random fours."""
+        points = oriented.points
         fours = points[random_subsets(len(points), 4, RANDOM_SPHERES, rng)]
         return np.vstack([cls.rows_through(points[None]), cls.rows_through(fours, rounds=1)])
 
     @classmethod
     def rows_through(cls, groups: Array, rounds: int = 4) -> Array:
         """The algebraic sphere  |x|^2 = 2 c.x + b  of each of K groups of points (K, N, 3)."""
-        design = np.concatenate([groups, np.ones((*groups.shape[:2], 1))], axis=2)
-        solution = robust_linear_solve(design, np.einsum("kni,kni->kn", groups, groups), rounds)
+        columns = np.ones((len(groups), 4, groups.shape[1]))
+        columns[:, :3] = groups.transpose(0, 2, 1)
+        solution = robust_linear_solve(columns, np.einsum("kni,kni->kn", groups, groups), rounds)
         centers = solution[:, :3] / 2.0
         radii = np.sqrt(np.maximum(solution[:, 3] + np.einsum("ki,ki->k", centers, centers), 1e-12))
         return rows(np.broadcast_to(Z_AXIS, centers.shape), centers, offset=radii)

@@ -11,11 +11,11 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..geometry.axes import (
+    Oriented,
     RevolutionAxis,
     Seen,
-    axis_directions,
     circles,
-    revolution_axis,
+    profile_circles,
     robust_linear_solve,
 )
 from ..geometry.turning import NEARER, inverse, turned
@@ -117,9 +117,8 @@ class Torus(Primitive):
         )
 
     @classmethod
-    def initial_guesses(cls, points: Array, normals: Array, rng: np.random.Generator) -> Array:
-        seen = Seen.along(axis_directions(points, normals), points, normals)
-        return cls.rows_about(seen, revolution_axis(points, normals))
+    def initial_guesses(cls, oriented: Oriented, rng: np.random.Generator) -> Array:
+        return cls.rows_about(oriented.seen, oriented.line)
 
     @classmethod
     def rows_about(cls, seen: Seen, line: RevolutionAxis, rounds: int = 4) -> Array:
@@ -129,16 +128,12 @@ class Torus(Primitive):
         it,  (n x a) . (x - p) = 0,  the other through the centre of the circle that the points describe when
         seen along it.
         """
-        across = np.stack([seen.v @ seen.normals.T, -(seen.u @ seen.normals.T)], axis=-1)
-        met = robust_linear_solve(across, across[..., 0] * seen.x + across[..., 1] * seen.y, rounds)
+        across = np.stack([seen.v @ seen.normals.T, -(seen.u @ seen.normals.T)], axis=1)
+        met = robust_linear_solve(across, across[:, 0] * seen.x + across[:, 1] * seen.y, rounds)
         seen_x, seen_y, _ = circles(seen.x, seen.y, rounds)
         axes = np.vstack([seen.axes, seen.axes, line.direction])
         feet = np.vstack([seen.placed(*met.T), seen.placed(seen_x, seen_y), line.point])
-        relative = seen.points - feet[:, None]
-        height = (relative @ axes[..., None])[..., 0]
-        radial = relative - height[..., None] * axes[:, None]
-        rho = np.sqrt(np.einsum("kni,kni->kn", radial, radial))
-        major, level, minor = circles(rho, height, rounds)
+        major, level, minor = profile_circles(seen.points, axes, feet, rounds)
         major = np.maximum(np.abs(major), SMALLEST_MAJOR)
         return rows(axes, feet + level[:, None] * axes, major=major, offset=minor)
 
@@ -174,11 +169,11 @@ class Torus(Primitive):
         middle = seen.height.mean(axis=1)
         height = seen.height - middle[:, None]
         rho = np.hypot(x, y) + TINY
-        around = np.stack([x / rho, y / rho], axis=-1)
-        bend = 0.5 * height[..., None] ** 2 * around
-        tilt = height[..., None] * around
-        design = np.concatenate([bend, around, tilt, np.ones((*rho.shape, 1))], axis=-1)
-        found = robust_linear_solve(design, rho - cylinders[:, 8, None], rounds)
+        around = np.stack([x / rho, y / rho], axis=1)
+        tilt = height[:, None] * around
+        bend = 0.5 * height[:, None] * tilt
+        columns = np.concatenate([bend, around, tilt, np.ones_like(rho)[:, None]], axis=1)
+        found = robust_linear_solve(columns, rho - cylinders[:, 8, None], rounds)
         curvature = np.hypot(found[:, 0], found[:, 1])
         found[:, 0] = np.where(curvature < LEAST_CURVATURE, LEAST_CURVATURE, found[:, 0])
         major = 1.0 / np.hypot(found[:, 0], found[:, 1])
@@ -255,19 +250,18 @@ class Torus(Primitive):
         return [(azimuth, 2.0 * np.pi), (np.arctan2(height, rho - self.major_radius), 2.0 * np.pi)]
 
     @classmethod
-    def guesses_given(cls, known: Known, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+    def guesses_given(cls, known: Known, oriented: Oriented, rng: np.random.Generator) -> Array:
         if known.direction is None:
             return NO_ROWS
-        seen = Seen.along(known.direction[None], points, normals)
-        return cls.rows_about(seen, revolution_axis(points, normals))
+        return cls.rows_about(oriented.along(known.direction), oriented.line)
 
     @classmethod
     def later_guesses(
-        cls, points: Array, normals: Array, rng: np.random.Generator, settled: Callable[[str, Array], Array]
+        cls, oriented: Oriented, rng: np.random.Generator, settled: Callable[[str, Array], Array]
     ) -> Array:
         """The tori that the better ones of the cylinders bend into: they need no good normals."""
-        cylinders = settled("cylinder", Cylinder.initial_guesses(points, normals, rng))
-        return cls.rows_bent(cylinders[:BENT_CYLINDERS], points)
+        cylinders = settled("cylinder", Cylinder.initial_guesses(oriented, rng))
+        return cls.rows_bent(cylinders[:BENT_CYLINDERS], oriented.points)
 
     def canonical(self, center: Array) -> Self:
         return type(self)(self.center, canonical_direction(self.axis), self.major_radius, self.minor_radius)

@@ -4,16 +4,7 @@ from numpy.typing import NDArray
 from ..geometry.vectors import Array
 from ..trial._limits import Bounds
 
-def settle(
-    kind: int,
-    rows: Array,
-    points: Array,
-    smallest: float,
-    widths: float,
-    steps: int,
-    limits: Bounds | None = None,
-) -> tuple[Array, Array]: ...
-def compete(
+def race(
     kind: int,
     rows: Array,
     points: Array,
@@ -21,6 +12,7 @@ def compete(
     widths: float,
     resolved: float,
     stages: NDArray[np.int64],
+    limits: Bounds | None = None,
 ) -> tuple[Array, Array]: ...
 def anneal(
     kind: int,
@@ -34,4 +26,4 @@ def anneal(
     core: float,
     deviation: float,
     limits: Bounds | None = None,
-) -> tuple[Array, Array | None]: ...
+) -> tuple[Array, Array]: ...

@@ -48,82 +48,76 @@ cdef void step_robustly(
         )
 
 
-def settle(
-    int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths, int steps,
-    Bounds limits=None
-):
-    """Rows (K, 9) after some robust steps, and their last distances (K, N); see `fitting.search.starts.settled`."""
-    cdef const Held *within = held_by(limits)
-    cdef Py_ssize_t k, n = points.shape[0]
-    cdef Surface surface
+cdef Points spread(const double[:, ::1] points, Py_ssize_t most, double *room) noexcept nogil:
+    """At most so many of the points (N, 3), evenly over their order, as columns in the room."""
+    cdef Py_ssize_t i, k, n = points.shape[0], count = min(n, most)
     cdef Points seen
-    result, last = np.empty((rows.shape[0], 9)), np.empty((rows.shape[0], n))
-    cdef double[:, ::1] view = result
-    cdef double[:, ::1] last_view = last
-    cdef double *room = room_for(4 * n + (2 + MOST) * BLOCK)
-    with nogil:
-        seen = columns(points, room)
-        for k in range(rows.shape[0]):
-            load(&surface, kind, &rows[k, 0])
-            step_robustly(
-                &surface, seen, smallest, widths, steps, &last_view[k, 0], room + 3 * n, room + 4 * n, within
-            )
-            store(&surface, &view[k, 0])
-    free(room)
-    return result, last
+    for i in range(count):
+        k = i * (n - 1) // max(count - 1, 1)
+        room[i], room[count + i], room[2 * count + i] = points[k, 0], points[k, 1], points[k, 2]
+    seen.x, seen.y, seen.z, seen.n, seen.factor = room, room + count, room + 2 * count, count, NULL
+    return seen
 
 
-def compete(
+cdef void bring_forward(Surface *surfaces, double *costs, Py_ssize_t count, Py_ssize_t best) noexcept nogil:
+    """So many of the cheapest surfaces to the front, in order; of equal ones the earlier."""
+    cdef Py_ssize_t i, k, first
+    cdef Surface swap
+    cdef double cost
+    for i in range(best):
+        first = i
+        for k in range(i + 1, count):
+            if costs[k] < costs[first]:
+                first = k
+        swap, cost = surfaces[first], costs[first]
+        for k in range(first, i, -1):
+            surfaces[k], costs[k] = surfaces[k - 1], costs[k - 1]
+        surfaces[i], costs[i] = swap, cost
+
+
+def race(
     int kind, const double[:, ::1] rows, const double[:, ::1] points, double smallest, double widths,
-    double resolved, const long long[:, ::1] stages
+    double resolved, const long long[:, ::1] stages, Bounds limits=None
 ):
-    """The best of the rows (K, 9) after some stages, and its distances (N,); see `fitting.search.starts.compete`."""
-    cdef Py_ssize_t k, i, n = points.shape[0], count, left = rows.shape[0], first
-    cdef Py_ssize_t most = 5 * n + (2 + MOST) * BLOCK
+    """Those of the rows (K, 9) that are left after some stages, (L, 9), the best first, and their distances (L, N).
+
+    See `fitting.search.starts.race`; all of them are finite.
+    """
+    cdef const Held *within = held_by(limits)
+    cdef Py_ssize_t k, i, n = points.shape[0], left = rows.shape[0], most = 5 * n + (2 + MOST) * BLOCK
     cdef double *room = room_for(most + left + left * sizeof(Surface) // sizeof(double))
     cdef double *costs = room + most
     cdef Surface *surfaces = <Surface *> (costs + left)
     cdef double *distance
-    cdef double cost
-    cdef Surface swap
     cdef Points seen
     cdef int stage
-    if left == 0:
-        raise ValueError("at least one start is needed")
-    result, last = np.empty(9), np.empty(n)
-    cdef double[::1] view = result
-    cdef double[::1] last_view = last
+    seen.n = 0
     with nogil:
         for k in range(left):
             load(&surfaces[k], kind, &rows[k, 0])
         for stage in range(stages.shape[0]):
-            count = min(n, stages[stage, 0])
-            for i in range(count):
-                k = i * (n - 1) // max(count - 1, 1)
-                room[i], room[count + i], room[2 * count + i] = points[k, 0], points[k, 1], points[k, 2]
-            seen.x, seen.y, seen.z, seen.n, seen.factor = room, room + count, room + 2 * count, count, NULL
-            distance = room + 3 * count
+            seen = spread(points, stages[stage, 0], room)
+            distance = room + 3 * seen.n
             for k in range(left):
                 step_robustly(
-                    &surfaces[k], seen, smallest, widths, stages[stage, 1], distance, room + 4 * count,
-                    room + 5 * count
+                    &surfaces[k], seen, smallest, widths, stages[stage, 1], distance, room + 4 * seen.n,
+                    room + 5 * seen.n, within
                 )
                 costs[k] = 0.0
-                for i in range(count):
+                for i in range(seen.n):
                     costs[k] += log(fabs(distance[i]) + resolved)
                 if not isfinite(costs[k]):
                     costs[k] = INFINITY
-            for i in range(min(left, stages[stage, 2])):
-                first = i
-                for k in range(i + 1, left):
-                    if costs[k] < costs[first]:
-                        first = k
-                swap, cost = surfaces[first], costs[first]
-                surfaces[first], costs[first] = surfaces[i], costs[i]
-                surfaces[i], costs[i] = swap, cost
+            bring_forward(surfaces, costs, left, min(left, stages[stage, 2]))
             left = min(left, stages[stage, 2])
-        store(&surfaces[0], &view[0])
-        linearize(&surfaces[0], columns(points, room), &last_view[0], NULL)
+        while left > 0 and costs[left - 1] == INFINITY:
+            left -= 1
+    result, last = np.empty((left, 9)), np.empty((left, seen.n))
+    cdef double[:, ::1] view = result
+    cdef double[:, ::1] last_view = last
+    for k in range(left):
+        store(&surfaces[k], &view[k, 0])
+        linearize(&surfaces[k], seen, &last_view[k, 0], NULL)
     free(room)
     return result, last
 
@@ -136,7 +130,7 @@ def anneal(
 
     `shrink`, `locked` and `at_noise` are constants of `fitting.search.kind`, `core` and `deviation` of
     `fitting.noise.scale`. It ends at the tolerance, or where fewer than `need` points are within the scale. Returned
-    are the last row (9,), and the row at the scale of the noise, or None where that was not reached.
+    are the last row and, where that was reached, the one at the scale of the noise, (1 or 2, 9); and their distances.
     """
     cdef Py_ssize_t i, count, n = points.shape[0]
     cdef const Held *within = held_by(limits)
@@ -168,12 +162,13 @@ def anneal(
                 if count < need or scale <= tolerance:
                     break
                 scale = max(tolerance, min(shrink * scale, locked * median(scratch, count)))
+    result, distances = np.empty((2, 9)), np.empty((2, n))
+    cdef double[:, ::1] view = result
+    cdef double[:, ::1] distance_view = distances
+    store(&surface, &view[0, 0])
+    linearize(&surface, seen, &distance_view[0, 0], NULL)
+    if reached:
+        store(&noisy, &view[1, 0])
+        linearize(&noisy, seen, &distance_view[1, 0], NULL)
     free(room)
-    result, at_scale = np.empty(9), np.empty(9)
-    cdef double[::1] view = result
-    store(&surface, &view[0])
-    if not reached:
-        return result, None
-    view = at_scale
-    store(&noisy, &view[0])
-    return result, at_scale
+    return result[: 1 + reached], distances[: 1 + reached]

@@ -1,5 +1,6 @@
 """Annealed robust refinement of one start, and of the few that are worth it."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +9,6 @@ from ..geometry.vectors import TINY, Array
 from ..noise.exact import exact_points
 from ..noise.kernels import Kernel
 from ..noise.scale import CORE, CORE_DEVIATION
-from ..primitives.primitive import Primitive
 from ..solver.refine import CODES
 from ..trial.trial import Trial
 from . import _search
@@ -32,11 +32,15 @@ AT_NOISE = 1.5
 """The scale has come down to the noise when it is this many times the scale of their core."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Annealed:
-    """Where annealing ended: a primitive locked on an exact subset, or one at the scale of the noise."""
+    """Where annealing ended: a row (9,) locked on an exact subset, or one at the scale of the noise.
 
-    primitive: Primitive
+    `distance` (N,) is that of the points it was annealed on.
+    """
+
+    row: Array
+    distance: Array
     exact_share: float
 
 
@@ -46,7 +50,7 @@ def search(starts: Array, view: View) -> Annealed:
     if best.exact_share >= ENOUGH_EXACT:
         return best
     ends = (anneal(view.trial, row, view.points) for row in distinct_starts(starts[1:], view))
-    return best_of([best, *ends], view.points)
+    return best_of([best, *ends])
 
 
 def anneal(trial: Trial, row: Array, points: Array, shrink: float = SHRINK) -> Annealed:
@@ -55,7 +59,7 @@ def anneal(trial: Trial, row: Array, points: Array, shrink: float = SHRINK) -> A
     Source: graduated non-convexity, Black and Rangarajan, IJCV 19, 1996; Yang et al., IEEE RA-L 5, 2020.
     """
     tolerance, dof = trial.cloud.tolerance, trial.dof
-    row, at_noise = _search.anneal(
+    rows, distances = _search.anneal(
         CODES[trial.kind],
         row,
         points,
@@ -63,23 +67,21 @@ def anneal(trial: Trial, row: Array, points: Array, shrink: float = SHRINK) -> A
         shrink=shrink,
         locked=LOCKED,
         at_noise=AT_NOISE,
-        need=max(2 * dof + 2, int(np.ceil(LOST * len(points)))),
+        need=max(2 * dof + 2, math.ceil(LOST * len(points))),
         core=CORE,
         deviation=CORE_DEVIATION,
         limits=trial.bounds,
     )
-    primitive = trial.primitive.from_row(row)
-    exact = exact_points(np.abs(primitive.signed_distance(points)), tolerance, dof)
-    if exact.any():
-        return Annealed(primitive, float(exact.mean()))
-    return Annealed(primitive if at_noise is None else trial.primitive.from_row(at_noise), 0.0)
+    exact = np.count_nonzero(exact_points(np.abs(distances[0]), tolerance, dof)) / len(points)
+    end = 0 if exact else -1
+    return Annealed(rows[end], distances[end], exact)
 
 
-def best_of(ends: list[Annealed], points: Array) -> Annealed:
+def best_of(ends: list[Annealed]) -> Annealed:
     """The end with the largest exact subset, or else with the least robust cost at the smallest median."""
     best = max(ends, key=lambda end: end.exact_share)
-    if best.exact_share > 0.0:
+    if best.exact_share > 0.0 or len(ends) == 1:
         return best
-    squared = [end.primitive.signed_distance(points) ** 2 for end in ends]
-    scale2 = max(min(float(np.median(each)) for each in squared), TINY)
-    return ends[int(np.argmin([Kernel.TUKEY.rho(each / scale2).sum() for each in squared]))]
+    squared = np.array([end.distance for end in ends]) ** 2
+    scale2 = max(float(np.median(squared, axis=1).min()), TINY)
+    return ends[int(np.argmin(Kernel.TUKEY.rho(squared.ravel() / scale2).reshape(squared.shape).sum(axis=1)))]

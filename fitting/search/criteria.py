@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ..cloud.cloud import Cloud
 from ..errors import FailedFit
+from ..geometry.axes import Oriented
 from ..geometry.vectors import Array
 from ..noise.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
 from ..primitives.primitive import Primitive
@@ -99,7 +100,7 @@ def _turned_starts(trial: Trial) -> list[Primitive]:
     for turn in Rotation.random(TURNS, random_state=0).as_matrix():
         normals = rng.normal(size=points.shape)
         normals /= np.linalg.norm(normals, axis=1)[:, None]
-        rows = kind.initial_guesses(points @ turn.T, normals, rng)
+        rows = kind.initial_guesses(Oriented(points @ turn.T, normals), rng)
         guesses = (kind.from_row(row) for row in rows)
         surfaces += [guess.transformed(turn.T, np.zeros(3), 1.0) for guess in guesses]
     if trial.limits is None:

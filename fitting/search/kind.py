@@ -11,6 +11,7 @@ from ..names import KINDS
 from ..noise.outliers import NoiseModel
 from ..primitives.primitive import Primitive
 from ..request.config import FITTING_KINDS
+from ..solver.refine import distances
 from ..trial.limits import Limits, moved
 from ..trial.trial import Trial
 from .anneal import Annealed, search
@@ -75,7 +76,7 @@ def _unlimited(trial: Trial, rng: np.random.Generator, extra: Sequence[Array]) -
     """The row of the best surface without limits, where the cloud is not too small to tell."""
     view = View.of(trial.free)
     starts = ranked_starts(view, rng, extra)
-    return [_likeliest(starts, view, rng).primitive.row()] if len(starts) and not trial.is_small else []
+    return [_likeliest(starts, view, rng).row] if len(starts) and not trial.is_small else []
 
 
 def _turn(primitive: Primitive, points: Array) -> float:
@@ -101,7 +102,7 @@ def _fit_robustly(starts: Array, view: View, rng: np.random.Generator) -> Finish
     trial = view.trial
     if trial.is_small:
         return cheapest_minimum(trial.primitive.from_row(starts[0]), starts, trial)
-    return polish(_likeliest(starts, view, rng).primitive, trial)
+    return polish(trial.primitive.from_row(_likeliest(starts, view, rng).row), trial)
 
 
 def _likeliest(starts: Array, view: View, rng: np.random.Generator) -> Annealed:
@@ -109,17 +110,17 @@ def _likeliest(starts: Array, view: View, rng: np.random.Generator) -> Annealed:
     trial, best = view.trial, search(starts, view)
     if best.exact_share > 0.0 or len(trial.cloud.flattest) < trial.primitive.dof:
         return best
-    if _noise(best.primitive, trial).scale <= UNEXPLAINED * trial.cloud.local_noise:
+    if _noise(best.row, trial).scale <= UNEXPLAINED * trial.cloud.local_noise:
         return best
     flattest = View.of_flattest(trial)
     others = ranked_starts(flattest, rng)
     if not len(others):
         return best
     ends = (best, search(others, flattest))
-    return max(ends, key=lambda end: _noise(end.primitive, trial).log_likelihood)
+    return max(ends, key=lambda end: _noise(end.row, trial).log_likelihood)
 
 
-def _noise(primitive: Primitive, trial: Trial) -> NoiseModel:
+def _noise(row: Array, trial: Trial) -> NoiseModel:
     cloud = trial.cloud
-    distance = primitive.signed_distance(cloud.working[cloud.sample])
+    distance = distances(trial.primitive.from_row(row), cloud.working[cloud.sample])
     return NoiseModel.of(distance, cloud.tolerance, cloud.extent)

@@ -3,30 +3,24 @@
 import numpy as np
 
 from ..cloud.cloud import WORKING_POINTS
+from ..geometry.vectors import Array
 from ..noise.exact import exact_points, is_peaked
 from ..noise.kernels import CUTOFF, Kernel
-from ..noise.scale import core_scale, is_normal
+from ..noise.scale import CORE, CORE_DEVIATION, SCALE_AT_REST, is_normal
 from ..primitives.primitive import Primitive
-from ..solver.refine import STEPS, refine
+from ..solver.refine import CODES, LIMITED_STEPS, distances, refine
 from ..trial.trial import Trial
+from . import _rest
 from .anneal import SLOW_SHRINK, anneal
 from .finished import Finished
-from .rest import at_rest
 
 MOST_ROUNDS = 100
-"""Rounds of choosing points or a scale and refining on them ..."""
+"""Rounds of choosing points or a scale and refining on them."""
 
-AT_REST = 1e-12
-"""... which end when the scale changes by less than this, relatively: then the path to it has no say."""
-
-LONG_ROUNDS, FEWEST_STEPS, POINT_STEPS = 20, 5, 20_000
-"""Where nothing limits the surface, so many rounds are taken, of at least so many steps: of as many as look
-at so many points in all, if that is more, and of `STEPS` at most. What has come to no rest by then is on its
+LONG_ROUNDS, ROUND_STEPS = 20, 3
+"""Where nothing limits the surface, so many rounds are taken at most, of so many steps: more of them bring a
+surface nearer to where it would rest at a scale that it changes. What has come to no rest by then is on its
 way to a simpler kind."""
-
-NEARLY = 0.03
-"""A round that changes the scale by less than this, relatively, is followed by Anderson's method; should that
-fail, the next one that changes it by less than this share of that."""
 
 
 def polish(primitive: Primitive, trial: Trial) -> Finished:
@@ -38,17 +32,17 @@ def polish(primitive: Primitive, trial: Trial) -> Finished:
     if exact:
         return exact
     noisy = _polish_noisy(primitive, trial)
-    if not is_peaked(noisy.primitive.signed_distance(trial.cloud.working), trial.dof):
+    if not is_peaked(distances(noisy.primitive, trial.cloud.working), trial.dof):
         return noisy
     end = anneal(trial, noisy.primitive.row(), trial.cloud.working, SLOW_SHRINK)
-    return _polish_exact(end.primitive, trial) or noisy
+    return _polish_exact(trial.primitive.from_row(end.row), trial) or noisy
 
 
 def _polish_exact(primitive: Primitive, trial: Trial) -> Finished | None:
     """Least squares on the exact points, until they are the same ones before and after."""
     before, cloud = None, trial.cloud
     for _ in range(MOST_ROUNDS):
-        exact = exact_points(np.abs(primitive.signed_distance(cloud.working)), cloud.tolerance, trial.dof)
+        exact = exact_points(np.abs(distances(primitive, cloud.working)), cloud.tolerance, trial.dof)
         if not exact.any():
             return None
         if before is not None and np.array_equal(exact, before):
@@ -64,10 +58,9 @@ def _polish_noisy(primitive: Primitive, trial: Trial) -> Finished:
 
     Where the noise is normal, and nothing is to be rejected, least squares in the end.
     """
-    primitive, scale = _with_its_scale(primitive, trial)
-    cloud = trial.cloud
+    row, scale, residual = _with_its_scale(primitive, trial)
+    cloud, primitive = trial.cloud, trial.primitive.from_row(row)
     factors = cloud.working_factors
-    residual = primitive.signed_distance(cloud.working)
     normal = is_normal(residual if factors is None else factors * residual, CUTOFF * scale)
     many = len(cloud.points) > WORKING_POINTS
     kernel = Kernel.LEAST_SQUARES if normal else Kernel.TUKEY
@@ -77,26 +70,24 @@ def _polish_noisy(primitive: Primitive, trial: Trial) -> Finished:
     return Finished(primitive, kernel, scale)
 
 
-def _with_its_scale(primitive: Primitive, trial: Trial) -> tuple[Primitive, float]:
-    """The surface under a biweight and the scale of the core of its distances, at rest with each other.
+def _with_its_scale(primitive: Primitive, trial: Trial) -> tuple[Array, float, Array]:
+    """The row (9,) under a biweight and the scale of the core of its distances (M,), at rest with each other.
 
     Limits are kept by rounds of both alone. A surface that is on its way to a simpler kind, to which a radius
     without end leads, comes to no rest.
     """
     cloud, limits = trial.cloud, trial.limits
-    factors, n = cloud.working_factors, len(cloud.working)
-    steps = None if limits else min(max(POINT_STEPS // n, FEWEST_STEPS), STEPS)
-    scale, nearly = 0.0, NEARLY
-    for _ in range(MOST_ROUNDS if limits else LONG_ROUNDS):
-        residual = primitive.signed_distance(cloud.working)
-        before, scale = scale, core_scale(np.abs(residual if factors is None else factors * residual))
-        scale = max(scale, cloud.tolerance)
-        refined = refine(primitive, cloud.working, Kernel.TUKEY, scale, steps, factors, trial.bounds)
-        primitive, change = refined.primitive, abs(scale - before)
-        if change <= AT_REST * scale and (limits or refined.converged):
-            break
-        if change <= nearly * scale and not limits:
-            nearly *= NEARLY
-            if rest := at_rest(primitive, scale, cloud.working, cloud.tolerance, factors):
-                return rest
-    return primitive, scale
+    return _rest.with_its_scale(
+        CODES[trial.kind],
+        primitive.row(),
+        np.ascontiguousarray(cloud.working),
+        cloud.tolerance,
+        LIMITED_STEPS if limits else ROUND_STEPS,
+        MOST_ROUNDS if limits else LONG_ROUNDS,
+        np.array(primitive.chart.across, np.int64).reshape(-1, 2),
+        CORE,
+        CORE_DEVIATION,
+        SCALE_AT_REST,
+        cloud.working_factors,
+        trial.bounds,
+    )

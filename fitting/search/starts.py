@@ -5,6 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cloud.cloud import GUESS_POINTS
+from ..geometry.axes import Oriented
 from ..geometry.vectors import Array
 from ..primitives.primitive import Primitive
 from ..solver.refine import CODES
@@ -12,20 +14,20 @@ from ..trial.trial import Trial
 from . import _search
 from .view import View
 
-GUESS_POINTS = 160
-"""Points that starts are derived from and ranked on."""
+RANKING: NDArray[np.int64] = np.array([[64, 4, 12], [GUESS_POINTS, 6, 12]])
+"""Points, robust steps and how many starts are left of each stage before they are annealed: what is far off
+after few steps on few points is so after more."""
 
-RANKING_STEPS = 10
-"""Robust steps that every start takes before the starts are compared."""
+ALL: NDArray[np.int64] = np.array([[GUESS_POINTS, 10, 1000]])
+"""Few points have several minima, which starts of every rank lead to."""
+
+SETTLING: NDArray[np.int64] = np.array([[GUESS_POINTS, 10, 12]])
+STARTS = 5
+"""Unless the best start finds a large exact subset, all that are left take so many more steps, and so many of
+those that differ are annealed."""
 
 WIDTHS = 2.0
 """Scale of the kernel that starts settle under, in medians of the absolute distance."""
-
-SETTLED_STARTS = 24
-SETTLING_STEPS = 20
-STARTS = 5
-"""Unless the best start finds a large exact subset, so many others take so many more steps, and so many of
-those are annealed."""
 
 RESOLVED = 1e-3
 """Distances, in the normalised frame, below which one start is not taken for better than another."""
@@ -35,29 +37,28 @@ SAME_END = 0.03
 
 
 def ranked_starts(view: View, rng: np.random.Generator, extra: Sequence[Array] = ()) -> Array:
-    """Rows (K, 9) of initial guesses after some robust steps, the best first.
+    """Rows (K, 9) of the better ones of the initial guesses after some robust steps, the best first.
 
     Extra guesses (9,) are relative to the frame of the cloud, whatever the pivot of the limits.
     """
-    trial, points, normals = view.trial, view.points[:GUESS_POINTS], view.normals[:GUESS_POINTS]
-    kind, limits = trial.primitive, trial.limits
-    there = points if limits is None else points + limits.pivot
+    trial, oriented, limits = view.trial, view.oriented, view.trial.limits
+    kind = trial.primitive
 
     def ranked(other: str, rows: Array) -> Array:
-        return settled(Trial(other, trial.cloud), rows, there, RANKING_STEPS)[0]
+        return race(Trial(other, trial.cloud), rows, oriented.points, RANKING)[0]
 
-    guesses = np.vstack([kind.initial_guesses(there, normals, rng), *extra])
-    guesses = np.vstack([guesses, kind.later_guesses(there, normals, rng, ranked)])
+    guesses = np.vstack([kind.initial_guesses(oriented, rng), *extra])
+    guesses = np.vstack([guesses, kind.later_guesses(oriented, rng, ranked)])
     if limits is not None:
-        guesses = limits.guesses(guesses, there, normals, rng)
-    return settled(trial, guesses, points, RANKING_STEPS)[0]
+        guesses = limits.guesses(guesses, oriented, rng)
+    return race(trial, guesses, view.points[:GUESS_POINTS], ALL if trial.is_small else RANKING)[0]
 
 
 def distinct_starts(starts: Array, view: View) -> list[Array]:
-    """Of the better starts, after some more steps, the best few that have not come to the same end."""
+    """Of the starts (K, 9), after some more steps, the best few that have not come to the same end."""
     chosen: list[Array] = []
     ends: list[Array] = []
-    rows, distances = settled(view.trial, starts[:SETTLED_STARTS], view.points[:GUESS_POINTS], SETTLING_STEPS)
+    rows, distances = race(view.trial, starts, view.points[:GUESS_POINTS], SETTLING)
     for row, distance in zip(rows, np.abs(distances), strict=True):
         if all(np.linalg.norm(distance - other) > SAME_END * np.linalg.norm(other) for other in ends):
             chosen.append(row)
@@ -72,39 +73,40 @@ def distance_to(trial: Trial, surface: Primitive, rng: np.random.Generator) -> f
 
     A few robust steps of each start on these points without noise, with their true normals.
     """
-    points = trial.cloud.working[trial.cloud.sample[:GUESS_POINTS]]
+    points = trial.cloud.oriented.points
     feet = points - surface.signed_distance(points)[:, None] * surface.gradient(points)
-    guesses = trial.primitive.initial_guesses(feet, surface.gradient(feet), rng)
-    _, distances = settled(trial.free, guesses, feet, RANKING_STEPS)
+    guesses = trial.primitive.initial_guesses(Oriented(feet, surface.gradient(feet)), rng)
+    _, distances = race(trial.free, guesses, feet, RANKING)
     if not len(distances):
         return np.inf
     return float(np.sqrt(np.min(np.mean(distances**2, axis=1))))
 
 
-def settled(trial: Trial, rows: Array, points: Array, steps: int) -> tuple[Array, Array]:
-    """Rows (K, 9) after some robust steps, with their distances (K, N), the best first; all of them finite.
+def race(trial: Trial, rows: Array, points: Array, stages: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Those of the rows (K, 9) that are left after some stages, with their distances (L, N), the best first.
 
-    For each step the scale of a Geman-McClure kernel is twice the median distance, but at least the rounding.
-    Rows that cannot be stepped from stay as they are.
+    A row of `stages` is (points, steps, kept): all that are left take so many robust steps, on so many points
+    evenly spread over their order, and those with the least mean logarithm of the distance go on. For each
+    step the scale of a Geman-McClure kernel is twice the median distance, but at least the rounding. Rows
+    that cannot be stepped from stay as they are; the distances are on the points of the last stage.
     """
-    if not len(rows):
-        return rows, np.empty((0, len(points)))
-    rows, distances = _search.settle(
-        CODES[trial.kind], rows, points, trial.cloud.tolerance, WIDTHS, steps, trial.bounds
+    return _search.race(
+        CODES[trial.kind],
+        np.ascontiguousarray(rows),
+        np.ascontiguousarray(points),
+        trial.cloud.tolerance,
+        WIDTHS,
+        RESOLVED,
+        stages,
+        trial.bounds,
     )
-    costs = np.log(np.abs(distances) + RESOLVED).mean(axis=1)
-    order = np.argsort(costs, kind="stable")
-    order = order[np.isfinite(costs[order])]
-    return rows[order], distances[order]
 
 
 def compete(
     kind: str, starts: Array, points: Array, smallest: float, resolved: float, stages: NDArray[np.int64]
 ) -> tuple[Array, Array]:
-    """The row (9,) that the best of the starts (K, 9) leads to, and its distances (N,).
-
-    A row of `stages` is (points, steps, kept): all that are left take so many robust steps, as starts do,
-    on so many points evenly spread over their order, and those with the least mean logarithm of the distance
-    plus `resolved` go on.
-    """
-    return _search.compete(CODES[kind], starts, points, smallest, WIDTHS, resolved, stages)
+    """The row (9,) that the best of the starts (K, 9) leads to after a race, and its distances (N,)."""
+    rows, distances = _search.race(
+        CODES[kind], np.ascontiguousarray(starts), points, smallest, WIDTHS, resolved, stages
+    )
+    return rows[0], distances[0]

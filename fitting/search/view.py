@@ -3,28 +3,33 @@
 from dataclasses import dataclass
 from typing import Self
 
+from ..cloud.cloud import GUESS_POINTS
+from ..geometry.axes import Oriented
 from ..geometry.vectors import Array
 from ..trial.trial import Trial
-
-SEARCH_POINTS = 512
-"""Points that the annealing runs on."""
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Points (N, 3) of a trial in random order, with normals (L, 3) at the first of them."""
+    """Points (N, 3) of a trial in random order, and the first of them, in the frame of the cloud."""
 
     trial: Trial
     points: Array
-    normals: Array
+    oriented: Oriented
 
     @classmethod
     def of(cls, trial: Trial) -> Self:
-        cloud = trial.cloud
-        return cls(trial, cloud.working[cloud.sample[:SEARCH_POINTS]], cloud.normals)
+        cloud, limits = trial.cloud, trial.limits
+        if limits is None:
+            return cls(trial, cloud.searched, cloud.oriented)
+        return cls(
+            trial, cloud.searched, Oriented(cloud.oriented.points + limits.pivot, cloud.oriented.normals)
+        )
 
     @classmethod
     def of_flattest(cls, trial: Trial) -> Self:
         """Of the part of a cloud that has the fewest outliers."""
         cloud = trial.cloud
-        return cls(trial, cloud.working[cloud.sample[cloud.flattest]], cloud.normals[cloud.flattest])
+        flattest, pivot = cloud.flattest[:GUESS_POINTS], 0.0 if trial.limits is None else trial.limits.pivot
+        points = cloud.working[cloud.sample[cloud.flattest]]
+        return cls(trial, points, Oriented(points[:GUESS_POINTS] + pivot, cloud.normals[flattest]))

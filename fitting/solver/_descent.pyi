@@ -3,6 +3,7 @@ from ..trial._limits import Bounds
 
 NAMES: tuple[str, ...]
 
+def distances(kind: int, row: Array, points: Array) -> Array: ...
 def derivatives(kind: int, row: Array, points: Array) -> tuple[Array, Array]: ...
 def stepped(kind: int, row: Array, step: Array) -> Array: ...
 def refine(
@@ -15,14 +16,3 @@ def refine(
     factors: Array | None = None,
     limits: Bounds | None = None,
 ) -> tuple[Array, float, bool]: ...
-def pull(
-    kind: int,
-    row: Array,
-    points: Array,
-    kernel: int,
-    scale: float,
-    core: float,
-    deviation: float,
-    rest: float,
-    factors: Array | None = None,
-) -> tuple[Array, Array, float]: ...

@@ -23,12 +23,6 @@ cdef extern from "solver/equations.h" nogil:
         double *scratch, double *normal, int width, double *gradient
     )
 
-cdef extern from "noise/scale.h" nogil:
-    bint absolutes(const double *distance, Py_ssize_t n, double *absolute)
-    double core_from(
-        double scale, const double *absolute, Py_ssize_t n, double core, double deviation, double rest
-    )
-
 cdef extern from "geometry/room.h":
     double *room_for(Py_ssize_t numbers) except NULL
 
@@ -171,6 +165,21 @@ cdef bint descend(
     return False
 
 
+def distances(int kind, const double[::1] row, const double[:, ::1] points):
+    """Signed distances (N,) of points (N, 3) from a surface (9,)."""
+    cdef Py_ssize_t n = points.shape[0]
+    cdef Surface surface
+    distance = np.empty(n)
+    cdef double[::1] view = distance
+    cdef double *room = room_for(3 * n)
+    if n:
+        load(&surface, kind, &row[0])
+        with nogil:
+            linearize(&surface, columns(points, room), &view[0], NULL)
+    free(room)
+    return distance
+
+
 def derivatives(int kind, const double[::1] row, const double[:, ::1] points):
     """Signed distances (N,) of points (N, 3) from a surface (9,), and their derivatives (N, dof) by a step."""
     cdef Py_ssize_t n = points.shape[0]
@@ -228,36 +237,3 @@ def refine(
     store(&surface, &view[0])
     return result, cost, bool(rest)
 
-
-def pull(
-    int kind, const double[::1] row, const double[:, ::1] points, int kernel, double scale, double core,
-    double deviation, double rest, const double[::1] factors=None
-):
-    """J^T W J (dof, dof), J^T W d (dof,) of the distances d under a kernel, and the scale that theirs leads to.
-
-    The arguments are those of `refine` and of `core_scale`.
-    """
-    cdef Py_ssize_t n = points.shape[0]
-    cdef int dof = KINDS[kind].dof, i, j
-    cdef Surface surface
-    cdef Points seen
-    cdef double found = 0.0
-    cdef double[MOST * MOST] sums
-    normal, gradient = np.empty((dof, dof)), np.empty(dof)
-    cdef double[:, ::1] normal_view = normal
-    cdef double[::1] gradient_view = gradient
-    cdef double *room = room_for(4 * n + (2 + MOST) * BLOCK)
-    cdef double *distance = room + 3 * n
-    load(&surface, kind, &row[0])
-    with nogil:
-        seen = columns(points, room)
-        if factors is not None:
-            seen.factor = &factors[0]
-        assemble(&surface, seen, kernel, scale, distance, distance + n, &sums[0], &gradient_view[0])
-        for i in range(dof):
-            for j in range(i + 1):
-                normal_view[i, j] = normal_view[j, i] = sums[i * MOST + j]
-        if absolutes(distance, n, distance):
-            found = core_from(scale, distance, n, core, deviation, rest)
-    free(room)
-    return normal, gradient, found

@@ -71,6 +71,11 @@ def refine(
     return Refined(PRIMITIVES[kind].from_row(row), cost, converged)
 
 
+def distances(primitive: Primitive, points: Array) -> Array:
+    """Signed distances (N,) as `primitive.signed_distance` has them, compiled."""
+    return _descent.distances(CODES[primitive.kind], primitive.row(), np.ascontiguousarray(points))
+
+
 def linearize(primitive: Primitive, points: Array) -> tuple[Array, Array]:
     """Signed distances (N,) and their derivatives (N, dof) by a step in minimal coordinates.
 

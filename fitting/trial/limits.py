@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 
 from ..cloud.frame import Frame
+from ..geometry.axes import Oriented
 from ..geometry.vectors import TINY, Z_AXIS, Array, basis
 from ..primitives import PRIMITIVES, is_angle
 from ..primitives.primitive import Known, Primitive
@@ -123,14 +124,14 @@ class Limits:
             slots[place - 6] = component
         return slots
 
-    def guesses(self, found: Array, points: Array, normals: Array, rng: np.random.Generator) -> Array:
+    def guesses(self, found: Array, oriented: Oriented, rng: np.random.Generator) -> Array:
         """Rows (K, 9) within the limits: the guesses found without them (J, 9), and those that they lead to.
 
-        `points` (N, 3) and `found` are in the frame of the cloud, the result is relative to the pivot.
+        The points and `found` are in the frame of the cloud, the result is relative to the pivot.
         """
         known = Known(self.reference, self.pivot if self.pinned else None)
-        given = PRIMITIVES[self.kind].guesses_given(known, points, normals, rng)
-        return np.array([self.impose(row, points - self.pivot) for row in np.vstack([found, given])])
+        given = PRIMITIVES[self.kind].guesses_given(known, oriented, rng)
+        return np.array([self.impose(row, oriented.points - self.pivot) for row in np.vstack([found, given])])
 
     def impose(self, row: Array, points: Array) -> Array:
         """The row (9,) moved within the limits, as close to the points (N, 3) as a linear step brings it.
