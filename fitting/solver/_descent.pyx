@@ -151,7 +151,7 @@ cdef bint descend(
                     promised -= 0.5 * gradient[j] * step[j] / (scale * scale)
                 if promised <= UNSEEN * cost[0] and new_cost <= (1.0 + UNSEEN) * cost[0]:
                     break
-            damping = max(damping * 8.0, 1e-6)
+            damping = max(damping * 64.0, 1e-4)
             if damping > LARGEST_DAMPING:
                 linearize(surface, points, distance, NULL)
                 return solved

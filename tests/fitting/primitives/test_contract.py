@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import approx_fprime
 
 from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.geometry.axes import Oriented
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import PRIMITIVES, parameters
 from primfit.fitting.primitives.cone import Cone
@@ -179,7 +180,7 @@ def test_initial_guesses_start_close_enough(primitive: Primitive, offset: float,
     frame = Frame.of(points)
     cloud = frame.normalize(points)
     normals = primitive.gradient(sample(primitive, 160))
-    guesses = type(primitive).initial_guesses(cloud, normals, np.random.default_rng(0))
+    guesses = type(primitive).initial_guesses(Oriented(cloud, normals), np.random.default_rng(0))
     assert len(guesses)
     best = min(refine(type(primitive).from_row(guess), cloud).cost for guess in guesses)
     rounding = np.spacing(offset + scale) / frame.scale

@@ -7,7 +7,7 @@ from primfit.fitting.cloud.cloud import Cloud
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives import PRIMITIVES
 from primfit.fitting.primitives.primitive import Primitive
-from primfit.fitting.search.starts import compete, settled
+from primfit.fitting.search.starts import compete, race
 from primfit.fitting.solver.refine import stepped
 from primfit.fitting.trial.trial import Trial
 from tests.fitting.clouds import EXAMPLES, noisy
@@ -33,8 +33,9 @@ def test_a_start_settles_as_it_would_alone_and_nearer_to_most_points(primitive: 
     points, truth, rng = spoilt(primitive)
     starts = np.array([stepped(truth, 0.02 * rng.normal(size=primitive.dof)).row() for _ in range(4)])
     trial = Trial(primitive.kind, Cloud.prepare(points, None, rng))
-    together, distances = settled(trial, starts, points, 12)
-    alone = [settled(trial, start[None], points, 12)[0][0] for start in starts]
+    stages = np.array([[len(points), 12, len(starts)]])
+    together, distances = race(trial, starts, points, stages)
+    alone = [race(trial, start[None], points, stages)[0][0] for start in starts]
     assert sorted(row.tolist() for row in together) == sorted(row.tolist() for row in alone)
     for row, distance in zip(together, distances, strict=True):
         there = PRIMITIVES[primitive.kind].from_row(row)
@@ -56,3 +57,18 @@ def test_whatever_its_place_the_start_near_the_truth_wins(primitive: Primitive) 
         found = PRIMITIVES[primitive.kind].from_row(row)
         np.testing.assert_allclose(distance, found.signed_distance(points), atol=1e-13)
         assert median_distance(primitive.kind, row, points) < 0.015
+
+
+@examples
+def test_stages_leave_so_many_starts_the_best_first(primitive: Primitive) -> None:
+    points, truth, rng = spoilt(primitive)
+    starts = np.array([stepped(truth, 0.3 * rng.normal(size=primitive.dof)).row() for _ in range(9)])
+    starts[4, 3:6] = np.nan
+    trial = Trial(primitive.kind, Cloud.prepare(points, None, rng))
+    rows, distances = race(trial, starts, points, np.array([[50, 2, 6], [120, 4, 3]]))
+    assert rows.shape == (3, 9) and distances.shape == (3, 120)
+    costs = np.log(np.abs(distances) + 1e-3).sum(axis=1)
+    assert (np.diff(costs) >= 0.0).all()
+    everything, _ = race(trial, starts, points, np.array([[50, 2, 9]]))
+    assert len(everything) == 8, "one cannot be stepped from"
+    assert race(trial, starts[:0], points, np.array([[50, 2, 6]]))[0].shape == (0, 9)

@@ -9,6 +9,7 @@ import pytest
 from primfit.benchmark.proofs import oracles
 from primfit.benchmark.proofs.constraint_oracle import optimum, shifted, violations
 from primfit.fitting.cloud.frame import Frame
+from primfit.fitting.geometry.axes import Oriented
 from primfit.fitting.noise.kernels import Kernel
 from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.cone import Cone
@@ -125,7 +126,7 @@ def test_random_constraints_have_one_optimum_wherever_the_steps_start(kind: str)
             continue
         cloud = noisy(truth, 200, 0.02, seed=trial)
         guesses = np.array([moved(truth, by).row() for by in rng.normal(0.0, 0.03, (3, 3))])
-        starts = limits.guesses(guesses, cloud, truth.gradient(cloud), rng)[:3]
+        starts = limits.guesses(guesses, Oriented(cloud, truth.gradient(cloud)), rng)[:3]
         ends = [
             refine(BUILD[kind].from_row(row), cloud - limits.pivot, bounds=limits.bounds)
             for row in starts  # type: ignore[attr-defined]
