@@ -26,7 +26,7 @@ from .report.coverage import write_coverage
 from .report.pictures import require_matplotlib
 from .report.proofs import proven
 from .runner import Child, MethodError, Work, begin, interpreter, introduce, run
-from .service import busy, livez_line, measure, slowest_livez, table
+from .service import BODIES, SIZES, busy, livez_line, measure, slowest_livez, table
 from .serving import ServiceError
 from .summary import summary, wrong_line
 from .track import TRACK, TrackError, TrackFolder
@@ -68,9 +68,10 @@ def service_action(options: argparse.Namespace) -> int:
         require_matplotlib()
     options.out.mkdir(parents=True, exist_ok=True)
     warning = busy()
-    rows = list(measure(options.turns, options.seed, options.out / "service.log"))
+    asked = (options.points or SIZES, options.format or tuple(BODIES))
+    rows = list(measure(options.turns, options.seed, options.out / "service.log", *asked))
     livez = livez_line(slowest_livez(options.seed, options.out / "service.log"))
-    print(table(rows), livez, warning, sep="\n")
+    print(table(rows), "", livez, warning, sep="\n")
     if options.picture:
         draw_added(rows, options.picture)
     return 0

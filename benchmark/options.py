@@ -9,6 +9,7 @@ from .cases import CASE_SETS
 from .coverage import LAWS
 from .methods import METHODS
 from .proofs import PROOFS
+from .service import BODIES, SIZES
 
 FOLDER = Path("build/bench")
 """Where records are kept unless something else is said."""
@@ -111,6 +112,21 @@ def _add_service(actions: Any) -> argparse.ArgumentParser:
         description="Start the service, and time requests and the fit alone in turns.",
     )
     add = parser.add_argument
+    sizes = ", ".join(f"{size:,}" for size in SIZES)
+    add(
+        "--points",
+        type=_whole_from_3,
+        action="append",
+        metavar="N",
+        help=f"a size (repeatable; default: {sizes})",
+    )
+    add(
+        "--format",
+        action="append",
+        choices=BODIES,
+        metavar="NAME",
+        help=f"of {', '.join(BODIES)} (default: all)",
+    )
     add("--turns", type=_whole_from_1, default=5, metavar="N", help="through each cloud (default: 5)")
     add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
     add("--out", type=Path, default=FOLDER, metavar="DIR", help=f"folder of service.log (default: {FOLDER})")
@@ -191,6 +207,10 @@ def _whole(text: str, least: int) -> int:
 
 def _whole_from_1(text: str) -> int:
     return _whole(text, 1)
+
+
+def _whole_from_3(text: str) -> int:
+    return _whole(text, 3)
 
 
 def _seed(text: str) -> int:
