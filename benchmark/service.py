@@ -133,12 +133,12 @@ def measure(
         assert child.process is not None
         os.setpriority(os.PRIO_PROCESS, child.process.pid, os.getpriority(os.PRIO_PROCESS, 0) + NICE)
         for size in sizes:
-            cases = [_case(seed, kind, size) for kind in KINDS]
+            cases = [scan(seed, kind, size) for kind in KINDS]
             for format in formats:
                 yield _row(service, child, format, cases, turns)
 
 
-def _case(seed: int, kind: str, size: int) -> Case:
+def scan(seed: int, kind: str, size: int) -> Case:
     """A scan of `size` points."""
     drawn = cloud(replace(SCAN, seed=seed, kinds=(kind,), points=Range(size, size)), 0)
     return Case(kind, np.ascontiguousarray(drawn.points[:size]), None, {})
@@ -200,7 +200,7 @@ def slowest_livez(seed: int, log: Path) -> float:
 
     Raises `ServiceError` as `measure` does.
     """
-    body = csv(_case(seed, KINDS[2], LIVEZ[0]).points)
+    body = csv(scan(seed, KINDS[2], LIVEZ[0]).points)
     times = []
     with ExitStack() as opened:
         service = opened.enter_context(serving(log))

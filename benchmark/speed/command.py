@@ -1,0 +1,46 @@
+"""What `primfit bench steps` and `primfit bench speed` do with their options."""
+
+import argparse
+
+from ..runner import interpreter
+from . import page, race
+
+SLOW = 1
+"""The exit status where a step has become slower."""
+
+
+def steps_action(options: argparse.Namespace) -> int:
+    # Not for the other actions: this one imports the app.
+    from . import steps
+
+    measured = steps.measure(options.n, options.seed)
+    command = f"primfit bench steps --n {options.n} --seed {options.seed}"
+    _show("steps", steps.section(measured), command, options.write)
+    if options.keep:
+        steps.keep(measured)
+        print(f"kept: {steps.KEPT}")
+    slower = steps.slower(measured) if options.compare else []
+    print(*slower, sep="\n", end="\n" if slower else "")
+    if options.compare and not slower:
+        print(f"no step takes more than {steps.SLOWER:g} times what was kept")
+    return SLOW if slower else 0
+
+
+def speed_action(options: argparse.Namespace) -> int:
+    options.out.mkdir(parents=True, exist_ok=True)
+    python = options.python or interpreter(peers=True)
+    sizes = [size for size in race.SIZES if size <= options.largest]
+    run = race.run(options.n, options.seed, python, options.out / "methods.log", options.real, sizes)
+    real = " --real DIR" if options.real else ""
+    command = f"primfit bench speed --n {options.n} --seed {options.seed}{real}"
+    _show("speed", race.section(run), command, options.write)
+    return 0
+
+
+def _show(part: str, text: str, command: str, write: bool) -> None:
+    """Print a part of the page, or write it there."""
+    if write:
+        page.write(part, text, command)
+        print(f"written: {page.PAGE}")
+    else:
+        print(text)
