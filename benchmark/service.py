@@ -255,12 +255,9 @@ def _bar_lines(rows: Sequence[Row]) -> list[str]:
     ]
 
 
-def busy() -> str:
+def busy(what: str = "only the columns of the least and of the processor mean much") -> str:
     """A warning where others use the machine; empty where none do."""
     load, processors = os.getloadavg()[0], os.cpu_count() or 1
     if load < 0.5 * processors:
         return ""
-    return (
-        f"\nThe machine is busy (load {load:.1f}, {processors} processors): "
-        "only the columns of the least and of the processor mean much."
-    )
+    return f"\nThe machine is busy (load {load:.1f}, {processors} processors): {what}."

@@ -4,7 +4,7 @@ The methods take turns cloud by cloud, so that a noisy machine hits all alike; e
 warm processes on one thread. Nothing is stored but the report.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -67,9 +67,17 @@ class Race:
 
 
 def run(
-    each: int, seed: int, python: Path, log: Path, real: Path | None, sizes: Sequence[int] = SIZES
+    each: int,
+    seed: int,
+    python: Path,
+    log: Path,
+    real: Path | None = None,
+    sizes: Sequence[int] = SIZES,
+    watch: Callable[[Iterator[Lap], int], Iterable[Lap]] = lambda laps, count: laps,
 ) -> Race:
     """So many clouds of each set, all segments of the folder, and the sizes.
+
+    `watch` gets the laps as they come, and their number, and passes them on.
 
     Raises
     ------
@@ -79,22 +87,24 @@ def run(
         told = introduce(child, METHODS)
         missing = {name: about["missing"] for name, about in told.items() if "missing" in about}
         there = {name: about for name, about in told.items() if name not in missing}
-        laps = [lap(child, there, set, case) for set, case in clouds(each, seed, real)]
+        folder = None if real is None else RealFolder(real)
+        count = each * len(SETS) + (len(folder.names) if folder else 0)
+        coming = (lap(child, there, set, case) for set, case in clouds(each, seed, folder))
+        laps = list(watch(coming, count))
         by_size = {size: MS * _of_size(child, seed, size) for size in sizes}
     versions = {name: about["versions"][about["package"]] for name, about in there.items()}
     versions[OURS] = f"(source {there[OURS]['versions']['source']})"
     return Race(laps, by_size, there[OURS]["machine"], versions, missing)
 
 
-def clouds(each: int, seed: int, real: Path | None) -> Iterator[tuple[str, Case]]:
-    """The sets in turn, a cloud of each."""
+def clouds(each: int, seed: int, real: RealFolder | None) -> Iterator[tuple[str, Case]]:
+    """The sets in turn, a cloud of each; then the segments."""
     for index in range(each):
         for name in SETS:
             yield name, CASE_SETS[name].draw(seed, index)
     if real is not None:
-        folder = RealFolder(real)
-        for name in folder.names:
-            yield REAL, folder.case(name)
+        for name in real.names:
+            yield REAL, real.case(name)
 
 
 def lap(child: Child, methods: Mapping[str, dict[str, object]], set: str, case: Case) -> Lap:
