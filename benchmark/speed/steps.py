@@ -20,7 +20,7 @@ from ..child import processor
 from ..sources import ROOT
 from . import asked
 from .ceilings import Ceilings, calibration
-from .floor import FLOORS, Facts
+from .floor import FLOORS, GUESSES, Facts
 from .table import MODULES, REST, STEPS
 from .timers import Clock, check_entered, timers
 
@@ -144,11 +144,16 @@ def npy(points: Array) -> bytes:
 def facts_of(points: int, answer: bytes, rivals: int) -> Facts:
     """What the floor depends on, as an answer of `POST /fit` and the clock tell it."""
     told: Mapping[str, Any] = json.loads(answer)
-    tried = tuple(attempt["kind"] for attempt in told["attempts"] if attempt["primitive"] is not None)
+    tried = tuple(_counted(each["kind"]) for each in told["attempts"] if each["primitive"] is not None)
     surfaces = [told["primitive"], *(other for other in told["alternatives"])]
-    answered = tuple(surface["kind"] for surface in surfaces if surface is not None)
+    answered = tuple(_counted(surface["kind"]) for surface in surfaces if surface is not None)
     exact = told["noise"] is not None and told["noise"]["exact_share"] > 0.0
     return Facts(points, tried, answered, exact, rivals, len(answer))
+
+
+def _counted(kind: str) -> str:
+    """The kind, or the dearest one in place of one that the floor has no counts of."""
+    return kind if kind in GUESSES else "torus"
 
 
 def _alone(body: bytes) -> float:
@@ -250,5 +255,5 @@ def _table(family: Family) -> str:
         f"| **whole answer** | **{whole:.2f} ms** | | {1e3 * floor:,.0f} µs | {whole / floor:,.1f} |"
     )
     timed = sum(family.spent(step) for step in (*STEPS, REST))
-    lines += ["", f"With the timers the steps add up to {timed:.2f} ms; the whole was timed without them."]
+    lines += ["", f"The medians of the steps add up to {timed:.2f} ms; the whole was timed without timers."]
     return "\n".join(lines)
