@@ -16,14 +16,7 @@ from primfit.fitting.cloud.normals import NEIGHBOURS
 from primfit.fitting.cloud.patches import GRAIN, PATCHES
 from primfit.fitting.primitives import PRIMITIVES, SIZES, names_of
 from primfit.fitting.search.anneal import SHRINK
-from primfit.fitting.search.starts import (
-    GUESS_POINTS,
-    RANKING_STEPS,
-    SETTLED_STARTS,
-    SETTLING_STEPS,
-    STARTS,
-)
-from primfit.fitting.search.view import SEARCH_POINTS
+from primfit.fitting.search.starts import STARTS
 
 from .ceilings import Ceilings
 
@@ -60,6 +53,10 @@ class Work:
 
 
 ONCE = Work(calls=1.0)
+
+
+SEARCH_POINTS = 512
+"""Points that annealing runs on."""
 
 
 @dataclass(frozen=True)
@@ -222,19 +219,33 @@ GUESS = Work(flops=4.0 * 40)
 """Of a point in a guess: four rounds of four weighted linear equations."""
 
 
+GUESS_POINTS = 160
+RACE = ((64, 4, 12), (GUESS_POINTS, 6, 12))
+"""Points, steps and starts that are left, by stages in which starts race, as the search has them at best."""
+SETTLING = 10
+"""Steps that those which are left take more, unless exact points end the search."""
+
+
+def race(kind: str, guesses: int, points: int) -> Work:
+    """Of so many guesses: they are solved for, and step, with a median before each step."""
+    total, left = GUESS * (min(points, GUESS_POINTS) * guesses), guesses
+    for most, steps, kept in RACE:
+        n = min(points, most)
+        total += (step(kind) * n + median(n)) * (steps * left)
+        left = min(left, kept)
+    return total
+
+
 def starts(facts: Facts) -> Work:
-    """Guesses, some steps of each on few points, with a median before each; more steps of the better ones,
-    where no exact points end the search."""
-    n = min(GUESS_POINTS, facts.points)
-    total = Work()
+    """A race of the guesses, of cylinders, too, where a torus is sought, which are bent into some of its own;
+    more steps of those that are left, where no exact points end the search."""
+    n, total = min(GUESS_POINTS, facts.points), Work()
     for kind in facts.tried:
-        one = step(kind) * n + median(n)
-        later = 0 if facts.exact else SETTLING_STEPS * min(SETTLED_STARTS, GUESSES[kind])
-        total += one * (RANKING_STEPS * GUESSES[kind] + later)
-        total += GUESS * (n * GUESSES[kind])
+        total += race(kind, GUESSES[kind], facts.points) + ONCE * 2.0
         if kind == "torus":
-            total += (step("cylinder") * n + median(n)) * (RANKING_STEPS * GUESSES["cylinder"])
-        total += ONCE * 2.0
+            total += race("cylinder", GUESSES["cylinder"], facts.points)
+        if not facts.exact:
+            total += (step(kind) * n + median(n)) * (SETTLING * RACE[-1][-1])
     return total
 
 
@@ -303,10 +314,8 @@ def verdict(facts: Facts) -> Work:
 
 
 def rivals(facts: Facts) -> Work:
-    """The feet of few points, and some steps of each guess of the kind, of a usual one, towards them."""
-    n = min(GUESS_POINTS, facts.points)
-    one = (step("cylinder") * n + median(n)) * (RANKING_STEPS * GUESSES["cylinder"])
-    return (one + GUESS * (n * GUESSES["cylinder"]) + ONCE) * facts.rivals
+    """The feet of few points, and a race of the guesses of the kind, of a usual one, towards them."""
+    return (race("cylinder", GUESSES["cylinder"], facts.points) + ONCE) * facts.rivals
 
 
 TRIANGLE = Work(flops=60.0, roots=3.0)

@@ -2,17 +2,12 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from primfit.benchmark.speed import ceilings
 from primfit.benchmark.speed.ceilings import Ceilings, calibration, rate
-from primfit.benchmark.speed.floor import DISTANCE, FLOORS, GUESSES, SLOPES, Facts, Work, equations, step
+from primfit.benchmark.speed.floor import DISTANCE, FLOORS, SLOPES, Facts, Work, equations, race, step
 from primfit.benchmark.speed.table import STEPS
-from primfit.fitting.cloud.cloud import Cloud
-from primfit.fitting.primitives import PRIMITIVES
-from primfit.fitting.search.view import View
-from primfit.fitting.trial.trial import Trial
 
 SCAN = Facts(3000, ("cylinder", "cone"), ("cylinder",), False, 2, 5000)
 ONE = Ceilings(1e9, 1e9, 1e9, 1e9, 1e9, 1e9, 1e6, 1e6)
@@ -56,14 +51,13 @@ def test_exact_points_need_less_and_more_kinds_more():
     assert FLOORS["extents"](replace(SCAN, answered=())) == Work()
 
 
-def test_so_many_guesses_are_made_of_a_cloud():
-    rng = np.random.default_rng(0)
-    cloud = Cloud.prepare(rng.normal(size=(300, 3)), None, rng)
-    for kind, count in GUESSES.items():
-        view = View.of(Trial(kind, cloud))
-        points, normals, made = view.points[:160], view.normals[:160], PRIMITIVES[kind]
-        later = made.later_guesses(points, normals, rng, lambda other, rows: rows)
-        assert len(made.initial_guesses(points, normals, rng)) + len(later) == count
+def test_a_race_is_counted_as_by_hand():
+    """25 planes on 64 points, of which 12 go on with all 100 that there are; guesses are solved on those."""
+    found = race("plane", 25, 100)
+    one, medians = step("plane"), 25 * 4 * 64 + 12 * 6 * 100
+    assert found.roots == one.roots * medians
+    assert found.flops == one.flops * medians + medians + 160.0 * 100 * 25
+    assert found.compares == 3.0 * medians
 
 
 def test_the_ceilings_are_those_of_a_machine():
