@@ -11,6 +11,7 @@
 # make example  refresh the answer that the API shows   make openapi     refresh docs/openapi.json
 # make constants  the table of constants in docs/pipeline.md, and how many numbers the verdict has
 # make bench  measure primfit on small sets, a few minutes; the report: build/bench/report/benchmark.md
+# make bench-steps  has a step of a fit become slower than the figures that are kept? half a minute
 # make bench-peers  install what the benchmark compares with    make bench-full  measure all of them, a few hours
 
 PYTHON ?= python3
@@ -49,7 +50,7 @@ BUILT_WITH = $(PYTHON) -c "import tomllib; print(*tomllib.load(open('pyproject.t
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-clock test-schema test-torch lint weights training-figures example openapi constants bench bench-peers bench-full image wheel test-wheel lock lock-check clean
+.PHONY: run setup test test-slow test-clock test-schema test-torch lint weights training-figures example openapi constants bench bench-steps bench-peers bench-full image wheel test-wheel lock lock-check clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -109,6 +110,9 @@ bench: $(VENV)/.bench
 	$(VENV)/bin/primfit bench run
 	$(VENV)/bin/primfit bench proofs
 	$(VENV)/bin/primfit bench report
+
+bench-steps: $(VENV)/.serving
+	@$(VENV)/bin/primfit bench steps --compare
 
 bench-peers: $(VENV_PEERS)/.peers
 

@@ -104,6 +104,7 @@ def described(answer: Answer) -> dict[str, Any]:
         "note": answer.note,
         "attempts": tuple(answer.attempts),
         "alternatives": tuple(answer.alternatives),
+        "normals_seconds": answer.normals_seconds,
     }
 
 

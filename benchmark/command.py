@@ -26,22 +26,34 @@ from .report.coverage import write_coverage
 from .report.pictures import require_matplotlib
 from .report.proofs import proven
 from .runner import Child, MethodError, Work, begin, interpreter, introduce, run
-from .service import busy, livez_line, measure, slowest_livez, table
+from .service import BODIES, SIZES, busy, livez_line, measure, slowest_livez, table
 from .serving import ServiceError
+from .speed.command import speed_action, steps_action
+from .speed.page import PageError
+from .speed.timers import NameGoneError
 from .summary import summary, wrong_line
 from .track import TRACK, TrackError, TrackFolder
 
 DEFAULT_METHOD = next(iter(METHODS))
 BAD_INPUT, INTERRUPTED = 2, 130
 
-EXPECTED = (MethodError, ServiceError, TrackError, RealError, NoRecordsError, MissingMatplotlibError)
+EXPECTED = (
+    MethodError,
+    ServiceError,
+    TrackError,
+    RealError,
+    NoRecordsError,
+    MissingMatplotlibError,
+    NameGoneError,
+    PageError,
+)
 """What ends the command with a sentence."""
 
 
 def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
     """The command with these arguments; returns its exit status."""
     actions = (run_action, report_action, service_action, coverage_action, proofs_action, drawing_action)
-    parser = make_parser(program, *actions)
+    parser = make_parser(program, *actions, steps_action, speed_action)
     options = parser.parse_args(arguments)
     if not hasattr(options, "action"):
         parser.print_help()
@@ -68,9 +80,10 @@ def service_action(options: argparse.Namespace) -> int:
         require_matplotlib()
     options.out.mkdir(parents=True, exist_ok=True)
     warning = busy()
-    rows = list(measure(options.turns, options.seed, options.out / "service.log"))
+    asked = (options.points or SIZES, options.format or tuple(BODIES))
+    rows = list(measure(options.turns, options.seed, options.out / "service.log", *asked))
     livez = livez_line(slowest_livez(options.seed, options.out / "service.log"))
-    print(table(rows), livez, warning, sep="\n")
+    print(table(rows), "", livez, warning, sep="\n")
     if options.picture:
         draw_added(rows, options.picture)
     return 0

@@ -9,6 +9,7 @@ from .cases import CASE_SETS
 from .coverage import LAWS
 from .methods import METHODS
 from .proofs import PROOFS
+from .service import BODIES, SIZES
 
 FOLDER = Path("build/bench")
 """Where records are kept unless something else is said."""
@@ -28,6 +29,8 @@ def make_parser(
     coverage: Callable[..., int],
     proofs: Callable[..., int],
     drawing: Callable[..., int],
+    steps: Callable[..., int],
+    speed: Callable[..., int],
 ) -> argparse.ArgumentParser:
     """A parser whose result holds `action`, one of the functions, which takes the result."""
     parser = argparse.ArgumentParser(
@@ -44,12 +47,14 @@ def make_parser(
   {program} coverage --n 100          do the 95 % intervals hold the truth?
   {program} proofs --seed 7           beside independent optimisers, and turned, moved, scaled, permuted
   {program} drawing                   how many clouds of each recipe are drawn in a minute
+  {program} steps                     how long each step of a fit takes, and what the machine could do
+  {program} speed                     primfit beside other libraries, and by the number of points
 
 `{program} run --help` lists the sets and the methods. docs/benchmarking.md explains them.""",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     actions = parser.add_subparsers(
-        title="actions", metavar="run | report | service | coverage | proofs | drawing"
+        title="actions", metavar="run | report | service | coverage | proofs | drawing | steps | speed"
     )
     _add_run(actions).set_defaults(action=run)
     _add_report(actions).set_defaults(action=report)
@@ -57,6 +62,8 @@ def make_parser(
     _add_coverage(actions).set_defaults(action=coverage)
     _add_proofs(actions).set_defaults(action=proofs)
     _add_drawing(actions).set_defaults(action=drawing)
+    _add_steps(actions).set_defaults(action=steps)
+    _add_speed(actions).set_defaults(action=speed)
     return parser
 
 
@@ -111,6 +118,21 @@ def _add_service(actions: Any) -> argparse.ArgumentParser:
         description="Start the service, and time requests and the fit alone in turns.",
     )
     add = parser.add_argument
+    sizes = ", ".join(f"{size:,}" for size in SIZES)
+    add(
+        "--points",
+        type=_whole_from_3,
+        action="append",
+        metavar="N",
+        help=f"a size (repeatable; default: {sizes})",
+    )
+    add(
+        "--format",
+        action="append",
+        choices=BODIES,
+        metavar="NAME",
+        help=f"of {', '.join(BODIES)} (default: all)",
+    )
     add("--turns", type=_whole_from_1, default=5, metavar="N", help="through each cloud (default: 5)")
     add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
     add("--out", type=Path, default=FOLDER, metavar="DIR", help=f"folder of service.log (default: {FOLDER})")
@@ -177,6 +199,46 @@ def _add_drawing(actions: Any) -> argparse.ArgumentParser:
     return parser
 
 
+def _add_steps(actions: Any) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(
+        "steps",
+        help="measure how long each step of an answer takes, beside the least that this machine allows",
+        description="Time the steps of answers, and show them beside their floors: operations that are "
+        "needed, at the speed that is measured in the same run.",
+    )
+    add = parser.add_argument
+    add("--n", type=_whole_from_1, default=3, metavar="N", help="clouds of each kind and set (default: 3)")
+    add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
+    add("--write", action="store_true", help="write the tables into docs/performance.md")
+    add("--keep", action="store_true", help="keep the figures, for later runs to be compared with")
+    add("--compare", action="store_true", help="name the steps that are slower than what was kept, exit 1")
+    return parser
+
+
+def _add_speed(actions: Any) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(
+        "speed",
+        help="time primfit beside other libraries on the same clouds, and by the number of points",
+        description="Time primfit, engeom and CGAL, where they are installed, in turns on clouds of "
+        "shrec, scanner and sensor, and primfit alone on 1,000 to 1,000,000 points.",
+    )
+    add = parser.add_argument
+    add("--n", type=_whole_from_1, default=100, metavar="N", help="clouds of each set (default: 100)")
+    add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
+    add("--real", type=Path, metavar="DIR", help="a folder of segments of real scans with a manifest.csv")
+    add(
+        "--largest",
+        type=_whole_from_1,
+        default=1_000_000,
+        metavar="N",
+        help="most points (default: a million)",
+    )
+    add("--write", action="store_true", help="write the tables into docs/performance.md")
+    add("--out", type=Path, default=FOLDER, metavar="DIR", help=f"folder of methods.log (default: {FOLDER})")
+    add("--python", type=_file, metavar="FILE", help="what runs the methods (default: .venv-peers, or this)")
+    return parser
+
+
 def _file(text: str) -> Path:
     if not Path(text).is_file():
         raise argparse.ArgumentTypeError(f"is {text}, which is no file")
@@ -191,6 +253,10 @@ def _whole(text: str, least: int) -> int:
 
 def _whole_from_1(text: str) -> int:
     return _whole(text, 1)
+
+
+def _whole_from_3(text: str) -> int:
+    return _whole(text, 3)
 
 
 def _seed(text: str) -> int:

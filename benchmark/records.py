@@ -44,6 +44,7 @@ class Outcome:
     attempts : kinds that were fitted, in order, where the method tells
     alternatives : kinds that an `ambiguous` answer names besides that of `primitive`
     seconds, cpu_seconds : wall clock and processor time of `fit`; None where it did not return
+    normals_seconds : processor time of that which went into normals, where the method needs them
     """
 
     status: str
@@ -53,6 +54,7 @@ class Outcome:
     seconds: float | None = None
     cpu_seconds: float | None = None
     alternatives: tuple[str, ...] = ()
+    normals_seconds: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ class Answer:
     note : what the record keeps besides; may be empty
     attempts : the kinds that were fitted, in order, where the method tells
     alternatives : the other kinds that an `ambiguous` answer names, the likeliest first
+    normals_seconds : of the processor, that normals took which the method cannot do without
     """
 
     status: Status
@@ -33,6 +34,7 @@ class Answer:
     note: str = ""
     attempts: tuple[str, ...] = ()
     alternatives: tuple[str, ...] = ()
+    normals_seconds: float = 0.0
 
 
 class Method(Protocol):

@@ -6,6 +6,7 @@ Source: Schnabel, Wahl and Klein, "Efficient RANSAC for point-cloud shape detect
 
 import ctypes
 import re
+import time
 
 import numpy as np
 from CGAL import _CGAL_Shape_detection
@@ -69,7 +70,9 @@ class Cgal:
         cloud.add_normal_map()
         for x, y, z in points.tolist():
             cloud.insert(Point_3(x, y, z))
+        started = time.process_time()
         jet_estimate_normals(cloud, min(NEIGHBOURS, len(points) - 1))
+        spent = time.process_time() - started
         size = diagonal(points)
         seed()
         shapes = efficient_RANSAC(
@@ -87,8 +90,9 @@ class Cgal:
             tori=True,
         )
         if not shapes:
-            return Answer("no_fit", None, "no shape found")
-        return Answer("fitted", parsed(max(shapes, key=points_taken)), f"shapes found: {len(shapes)}")
+            return Answer("no_fit", None, "no shape found", normals_seconds=spent)
+        largest, found = max(shapes, key=points_taken), f"shapes found: {len(shapes)}"
+        return Answer("fitted", parsed(largest), found, normals_seconds=spent)
 
 
 def seed() -> None:

@@ -4,12 +4,12 @@ Source: Barath, Noskova, Ivashechkin and Matas, "MAGSAC++, a fast, reliable and 
 CVPR 2020.
 """
 
+import time
 from typing import Any
 
 import numpy as np
 from engeom.geom3 import Cone3, Cylinder3, Plane3, Sphere3
 
-from primfit.fitting.cloud.normals import estimate_normals
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
@@ -18,6 +18,7 @@ from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 
 from ..measures import diagonal
+from ..normals import estimate_normals
 from . import Answer
 
 SIGMA_MAX = 0.005
@@ -36,18 +37,21 @@ class Engeom:
     settings = (
         f"MAGSAC++ consensus with sigma_max {SIGMA_MAX:.1%} of the bounding box's diagonal, at most "
         f"{SEARCH['max_iterations']} iterations, confidence {SEARCH['confidence']}, a fixed seed, and for "
-        "cylinders and cones normals from primfit's local principal components"
+        "cylinders and cones normals from local principal components (benchmark/normals.py)"
     )
 
     def fit(self, points: Array, kind: str | None) -> Answer:
+        started = time.process_time()
+        normals = estimate_normals(points) if kind in ("cylinder", "cone") else None
+        spent = time.process_time() - started
         try:
-            found = consensus(points, kind)
+            found = consensus(points, normals, kind)
         except ValueError as failure:  # no valid model, or too few points
-            return Answer("no_fit", None, str(failure))
-        return Answer("fitted", converted(found))
+            return Answer("no_fit", None, str(failure), normals_seconds=spent)
+        return Answer("fitted", converted(found), normals_seconds=spent)
 
 
-def consensus(points: Array, kind: str | None) -> Any:
+def consensus(points: Array, normals: Array | None, kind: str | None) -> Any:
     sigma_max = SIGMA_MAX * diagonal(points)
     match kind:
         case "plane":
@@ -55,9 +59,9 @@ def consensus(points: Array, kind: str | None) -> Any:
         case "sphere":
             return Sphere3.from_consensus(points, sigma_max, **SEARCH)
         case "cylinder":
-            return Cylinder3.from_consensus(points, estimate_normals(points), sigma_max, **SEARCH)
+            return Cylinder3.from_consensus(points, normals, sigma_max, **SEARCH)
         case "cone":
-            return Cone3.from_consensus(points, estimate_normals(points), sigma_max, **SEARCH)
+            return Cone3.from_consensus(points, normals, sigma_max, **SEARCH)
     raise KeyError(kind)
 
 

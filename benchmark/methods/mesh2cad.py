@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from mesh2cad import fit as m2c
 
-from primfit.fitting.cloud.normals import estimate_normals
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
@@ -13,6 +12,7 @@ from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 
+from ..normals import estimate_normals
 from . import Answer
 
 NEIGHBOURS = 32

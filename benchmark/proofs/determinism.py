@@ -77,8 +77,8 @@ def _batch(folder: Path, count: int, workers: int) -> Answers:
 
 def _service(folder: Path, media_type: str, bodies: Sequence[bytes], workers: int) -> list[Answers]:
     """What a service answers, all bodies at once and several times, each from another connection."""
-    with serving(folder / "service.log", workers) as port, ThreadPoolExecutor(AT_ONCE) as pool:
-        answers = list(pool.map(partial(_one, port, media_type), [*bodies] * TIMES))
+    with serving(folder / "service.log", workers) as served, ThreadPoolExecutor(AT_ONCE) as pool:
+        answers = list(pool.map(partial(_one, served.port, media_type), [*bodies] * TIMES))
     return [answers[turn * len(bodies) : (turn + 1) * len(bodies)] for turn in range(TIMES)]
 
 
