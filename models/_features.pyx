@@ -6,11 +6,8 @@ from libc.math cimport fabs, log10, sqrt
 import numpy as np
 
 cdef extern from "cloud/jacobi.h" nogil:
-    void eigen(double (*matrix)[3], double *values, double (*vectors)[3])
-
-
-cdef inline double dot(const double *a, const double *b) noexcept nogil:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    double dot(const double *a, const double *b)
+    void eigen(double *entries, Py_ssize_t n, double *vectors)
 
 
 cdef inline Py_ssize_t evenly(Py_ssize_t i, Py_ssize_t count, Py_ssize_t n) noexcept nogil:
@@ -25,24 +22,24 @@ cdef inline Py_ssize_t bin_of(double position, Py_ssize_t bins) noexcept nogil:
     return 0 if not position > 0.0 else (bins - 1 if position >= bins else <Py_ssize_t> position)
 
 
-cdef void axes_of(const double[:, ::1] vectors, double *values, double (*axes)[3]) noexcept nogil:
-    """Eigenvalues (3,), not negative, ascending, of the mean square of vectors (N, 3); eigenvectors in columns."""
-    cdef double scatter[3][3]
+cdef void axes_of(const double[:, ::1] vectors, double *values, double *axes) noexcept nogil:
+    """Eigenvalues (3,), not negative, ascending, of the mean square of vectors (N, 3), and eigenvectors (3, 3)."""
+    cdef double entries[6]
     cdef Py_ssize_t i, n = vectors.shape[0]
-    cdef int j, l
-    for j in range(3):
-        for l in range(3):
-            scatter[j][l] = 0.0
+    cdef int j
+    for j in range(6):
+        entries[j] = 0.0
     for i in range(n):
         for j in range(3):
-            for l in range(3):
-                scatter[j][l] += vectors[i, j] * vectors[i, l]
+            entries[j] += vectors[i, j] * vectors[i, j]
+        entries[3] += vectors[i, 0] * vectors[i, 1]
+        entries[4] += vectors[i, 0] * vectors[i, 2]
+        entries[5] += vectors[i, 1] * vectors[i, 2]
+    for j in range(6):
+        entries[j] /= n
+    eigen(entries, 1, axes)
     for j in range(3):
-        for l in range(3):
-            scatter[j][l] /= n
-    eigen(scatter, values, axes)
-    for j in range(3):
-        values[j] = max(values[j], 0.0)
+        values[j] = max(entries[j], 0.0)
 
 
 def radii(const double[:, ::1] points, const double[::1] center):
@@ -89,7 +86,7 @@ def chosen(const double[:, ::1] points, const double[:, ::1] normals, const Py_s
 def shape(const double[:, ::1] points):
     """Standard deviations (3,) along the principal axes, ascending."""
     cdef double values[3]
-    cdef double axes[3][3]
+    cdef double axes[9]
     axes_of(points, values, axes)
     return np.array([sqrt(values[0]), sqrt(values[1]), sqrt(values[2])])
 
@@ -98,7 +95,7 @@ def gauss_map(const double[:, ::1] normals, Py_ssize_t bins):
     """Eigenvalues (3,) of the scatter of normals (N, 3), and the logarithm of the smallest; shares (3, bins)."""
     cdef Py_ssize_t i, n = normals.shape[0]
     cdef double values[3]
-    cdef double axes[3][3]
+    cdef double axes[9]
     cdef int k
     cdef double cosine
     shares = np.zeros((3, bins))
@@ -106,7 +103,7 @@ def gauss_map(const double[:, ::1] normals, Py_ssize_t bins):
     axes_of(normals, values, axes)
     for i in range(n):
         for k in range(3):
-            cosine = fabs(normals[i, 0] * axes[0][k] + normals[i, 1] * axes[1][k] + normals[i, 2] * axes[2][k])
+            cosine = fabs(dot(&normals[i, 0], axes + 3 * k))
             share[k, bin_of(cosine * bins, bins)] += 1.0
     shares /= n
     return np.array([values[0], values[1], values[2], log10(values[0] + 1e-4)]), shares

@@ -10,10 +10,11 @@ cdef extern from "geometry/room.h":
     double *room_for(Py_ssize_t numbers) except NULL
 
 cdef extern from "cloud/jacobi.h" nogil:
-    void eigen(double (*matrix)[3], double *values, double (*vectors)[3])
+    void eigen(double *entries, Py_ssize_t n, double *vectors)
 
 cdef enum:
     LEVELS = 48  # of halving, at most
+    TRIALS = 8  # of a number that so many values are below
 
 
 cdef struct Tree:
@@ -28,9 +29,9 @@ cdef struct Tree:
 
 
 cdef struct Near:
-    # The k nearest places so far, the nearest first, and their squared distances.
-    Py_ssize_t k
-    Py_ssize_t *place
+    # Which of the points of the tree are near, and their squared distances; there is room for all.
+    Py_ssize_t count
+    Py_ssize_t *which
     double *squared
 
 
@@ -66,17 +67,54 @@ cdef double of_rank(double *values, Py_ssize_t n, Py_ssize_t rank, double *room)
         rank, n = rank - (n - rest), rest
 
 
-cdef int widest(const double[:, ::1] points, const Py_ssize_t *order, Py_ssize_t n) noexcept nogil:
-    """The coordinate that n points of this order differ most in."""
-    cdef double least, most, width = -1.0
+cdef double parting(
+    const double *values, Py_ssize_t n, Py_ssize_t rank, double low, double high, double *room
+) noexcept nogil:
+    """A number that so many of the values (n,) are below, and some at it; all are from low to high, 0 < rank < n.
+
+    Where values are spread as evenly as coordinates mostly are, few trials find a number between two of them. If
+    not, it is the value of that rank. Twice as many numbers as values have room.
+    """
+    cdef Py_ssize_t i, count, below = 0, within = n
+    cdef double guess, share
+    cdef int trial
+    for trial in range(TRIALS):
+        share = 0.5 if trial % 3 == 2 else <double> (rank - below) / (within - below)
+        guess = low + (high - low) * share
+        count = 0
+        for i in range(n):
+            count += values[i] <= guess
+        if count == rank:
+            return guess
+        if count < rank:
+            low, below = guess, count
+        else:
+            high, within = guess, count
+    for i in range(n):
+        room[i] = values[i]
+    return of_rank(room, n, rank, room + n)
+
+
+cdef int enclose_widest(
+    const double[:, ::1] points, const Py_ssize_t *order, Py_ssize_t n, double *low, double *high
+) noexcept nogil:
+    """The coordinate that n points of this order differ most in, and from where to where it goes."""
+    cdef double least[3]
+    cdef double most[3]
+    cdef const double *point
     cdef Py_ssize_t i
     cdef int axis, along = 0
     for axis in range(3):
-        least, most = INFINITY, -INFINITY
-        for i in range(n):
-            least, most = min(least, points[order[i], axis]), max(most, points[order[i], axis])
-        if most - least > width:
-            width, along = most - least, axis
+        least[axis], most[axis] = INFINITY, -INFINITY
+    for i in range(n):
+        point = &points[order[i], 0]
+        for axis in range(3):
+            least[axis] = point[axis] if point[axis] < least[axis] else least[axis]
+            most[axis] = point[axis] if point[axis] > most[axis] else most[axis]
+    for axis in range(1, 3):
+        if most[axis] - least[axis] > most[along] - least[along]:
+            along = axis
+    low[0], high[0] = least[along], most[along]
     return along
 
 
@@ -86,15 +124,15 @@ cdef void halve(
     """Order n points as halves of halves, so many times; there is room for n keys, and for twice as many."""
     cdef Py_ssize_t *upper = <Py_ssize_t *> room
     cdef Py_ssize_t i, place, low, high, equal, half = n // 2
-    cdef double middle, key
+    cdef double middle, key, least, most
     cdef int along
     cdef bint lower
-    if times == 0:
+    if times == 0 or n < 2:
         return
-    along = widest(points, order, n)
+    along = enclose_widest(points, order, n, &least, &most)
     for i in range(n):
-        keys[i] = room[i] = points[order[i], along]
-    middle = of_rank(room, n, half, room + n)
+        keys[i] = points[order[i], along]
+    middle = parting(keys, n, half, least, most, room)
     equal = half
     for i in range(n):
         equal -= keys[i] < middle
@@ -178,77 +216,103 @@ cdef inline double to_box(const double *box, const double *point) noexcept nogil
     return total
 
 
-cdef void admit(const Tree *tree, Py_ssize_t first, Py_ssize_t n, const double *point, Near *near) noexcept nogil:
-    """Let n points of a piece come among the nearest; of those at one distance the earlier places are nearer."""
-    cdef Py_ssize_t i, j, place, last = near.k - 1
+cdef void admit(
+    const Tree *tree, Py_ssize_t first, Py_ssize_t n, const double *point, double most, Near *near
+) noexcept nogil:
+    """Add those of n points of a piece that are not farther than this squared distance."""
+    cdef Py_ssize_t i, count = near.count
     cdef double x, y, z, squared
     for i in range(first, first + n):
         x, y, z = tree.x[i] - point[0], tree.y[i] - point[1], tree.z[i] - point[2]
         squared = x * x + y * y + z * z
-        if squared > near.squared[last]:
-            continue
-        place = tree.place[i]
-        if squared == near.squared[last] and place > near.place[last]:
-            continue
-        j = last
-        while j > 0 and (near.squared[j - 1] > squared or (near.squared[j - 1] == squared and near.place[j - 1] > place)):
-            near.squared[j], near.place[j] = near.squared[j - 1], near.place[j - 1]
-            j -= 1
-        near.squared[j], near.place[j] = squared, place
+        near.squared[count], near.which[count] = squared, i
+        count += squared <= most
+    near.count = count
 
 
 cdef void search(
-    const Tree *tree, Py_ssize_t piece, Py_ssize_t first, Py_ssize_t n, int times, const double *point, Near *near
+    const Tree *tree, Py_ssize_t piece, Py_ssize_t first, Py_ssize_t n, int times, const double *point,
+    double most, Near *near
 ) noexcept nogil:
-    """Let the points of a piece come among the nearest, those of the nearer half before the others."""
-    cdef double left, right
-    cdef Py_ssize_t half = n // 2
+    """Add those points of a piece that are not farther than this squared distance."""
     if times == 0:
-        admit(tree, first, n, point, near)
+        admit(tree, first, n, point, most, near)
         return
-    left = to_box(tree.boxes + 12 * piece, point)
-    right = to_box(tree.boxes + 12 * piece + 6, point)
-    if left <= right:
-        if left <= near.squared[near.k - 1]:
-            search(tree, 2 * piece, first, half, times - 1, point, near)
-        if right <= near.squared[near.k - 1]:
-            search(tree, 2 * piece + 1, first + half, n - half, times - 1, point, near)
-    else:
-        if right <= near.squared[near.k - 1]:
-            search(tree, 2 * piece + 1, first + half, n - half, times - 1, point, near)
-        if left <= near.squared[near.k - 1]:
-            search(tree, 2 * piece, first, half, times - 1, point, near)
+    if to_box(tree.boxes + 12 * piece, point) <= most:
+        search(tree, 2 * piece, first, n // 2, times - 1, point, most, near)
+    if to_box(tree.boxes + 12 * piece + 6, point) <= most:
+        search(tree, 2 * piece + 1, first + n // 2, n - n // 2, times - 1, point, most, near)
 
 
-cdef double plane_through(const double[:, ::1] points, const Near *near, double *normal) noexcept nogil:
-    """Normal of the plane through the nearest points, and the sum of their squared distances from it."""
-    cdef double middle[3]
-    cdef double off[3]
-    cdef double values[3]
-    cdef double scatter[3][3]
-    cdef double vectors[3][3]
-    cdef Py_ssize_t i
-    cdef int j, l
-    for j in range(3):
-        middle[j] = 0.0
-        for i in range(near.k):
-            middle[j] += points[near.place[i], j]
-        middle[j] /= near.k
-        for l in range(3):
-            scatter[j][l] = 0.0
-    for i in range(near.k):
-        for j in range(3):
-            off[j] = points[near.place[i], j] - middle[j]
-        for j in range(3):
-            for l in range(j + 1):
-                scatter[j][l] += off[j] * off[l]
-    for j in range(3):
-        for l in range(j):
-            scatter[l][j] = scatter[j][l]
-    eigen(scatter, values, vectors)
-    for j in range(3):
-        normal[j] = vectors[j][0]
-    return max(values[0], 0.0)
+cdef double reach(const Tree *tree, Py_ssize_t k, const double *point, Near *near, double *room) noexcept nogil:
+    """A squared distance within which k points are: those of a near piece, the smallest that has as many."""
+    cdef Py_ssize_t i, piece = 1, first = 0, n = tree.n
+    cdef double most = 0.0
+    cdef int level
+    for level in range(tree.times):
+        if n // 2 < k:
+            break
+        piece = 2 * piece
+        if to_box(tree.boxes + 6 * piece, point) > to_box(tree.boxes + 6 * piece + 6, point):
+            piece, first, n = piece + 1, first + n // 2, n - n // 2
+        else:
+            n = n // 2
+    near.count = 0
+    admit(tree, first, n, point, INFINITY, near)
+    for i in range(n):
+        most = max(most, near.squared[i])
+    return parting(near.squared, n, k, 0.0, most, room) if k < n else most
+
+
+cdef void nearest(const Tree *tree, Py_ssize_t k, const double *point, Near *near, double *room) noexcept nogil:
+    """Leave the k points nearest to a point; of those at one distance the earlier places are nearer."""
+    cdef Py_ssize_t i, within = 0, chosen, last
+    cdef double squared, most = reach(tree, k, point, near, room)
+    near.count = 0
+    search(tree, 1, 0, tree.n, tree.times, point, most, near)
+    if near.count == k:
+        return
+    most = parting(near.squared, near.count, k, 0.0, most, room)
+    for i in range(near.count):  # those at that distance go behind the nearer ones
+        squared, chosen = near.squared[i], near.which[i]
+        if squared < most:
+            near.which[within], near.which[i] = chosen, near.which[within]
+            near.squared[i] = near.squared[within]
+            within += 1
+    last = near.count
+    near.count = k
+    while within < k:
+        chosen = -1
+        for i in range(within, last):
+            if near.squared[i] == most and (chosen < 0 or tree.place[near.which[i]] < tree.place[near.which[chosen]]):
+                chosen = i
+        near.which[within], near.which[chosen] = near.which[chosen], near.which[within]
+        near.squared[chosen] = near.squared[within]
+        within += 1
+
+
+cdef void scatter_of(const Tree *tree, const Near *near, double *entries, Py_ssize_t stride) noexcept nogil:
+    """Fill in the scatter xx, yy, zz, xy, xz, yz of the near points about their mean, so far apart."""
+    cdef double x, y, z, mean_x = 0.0, mean_y = 0.0, mean_z = 0.0
+    cdef double xx = 0.0, yy = 0.0, zz = 0.0, xy = 0.0, xz = 0.0, yz = 0.0
+    cdef Py_ssize_t i, which
+    for i in range(near.count):
+        which = near.which[i]
+        mean_x += tree.x[which]
+        mean_y += tree.y[which]
+        mean_z += tree.z[which]
+    mean_x, mean_y, mean_z = mean_x / near.count, mean_y / near.count, mean_z / near.count
+    for i in range(near.count):
+        which = near.which[i]
+        x, y, z = tree.x[which] - mean_x, tree.y[which] - mean_y, tree.z[which] - mean_z
+        xx += x * x
+        yy += y * y
+        zz += z * z
+        xy += x * y
+        xz += x * z
+        yz += y * z
+    entries[0], entries[stride], entries[2 * stride] = xx, yy, zz
+    entries[3 * stride], entries[4 * stride], entries[5 * stride] = xy, xz, yz
 
 
 def local_planes(
@@ -258,26 +322,31 @@ def local_planes(
 
     The points are in this order (N,) halved so many times; 3 <= k <= N. See `fitting.cloud.normals`.
     """
-    cdef Py_ssize_t i, m, n = points.shape[0], pieces = 2 << times
+    cdef Py_ssize_t i, n = points.shape[0], m = at.shape[0], pieces = 2 << times
     if times > LEVELS or not 3 <= k <= n or order.shape[0] != n:
         raise ValueError("there are at least 3 neighbours, and not more than points")
-    normals, scatter = np.empty((at.shape[0], 3)), np.empty(at.shape[0])
+    normals, scatter = np.empty((m, 3)), np.empty(m)
     cdef double[:, ::1] normal = normals
     cdef double[::1] deviation = scatter
-    cdef double *room = room_for(3 * n + 6 * pieces + 2 * k)
+    cdef double *room = room_for(7 * n + 6 * pieces + 15 * m)
+    cdef double *entries = room + 7 * n + 6 * pieces
+    cdef double *vectors = entries + 6 * m
     cdef Tree tree
     cdef Near near
     tree.n, tree.times, tree.place = n, times, &order[0]
     tree.x, tree.y, tree.z, tree.boxes = room, room + n, room + 2 * n, room + 3 * n
-    near.k, near.squared, near.place = k, tree.boxes + 6 * pieces, <Py_ssize_t *> (tree.boxes + 6 * pieces + k)
+    near.squared = tree.boxes + 6 * pieces
+    near.which = <Py_ssize_t *> (near.squared + n)
     with nogil:
         for i in range(n):
             tree.x[i], tree.y[i], tree.z[i] = points[order[i], 0], points[order[i], 1], points[order[i], 2]
         enclose(&tree, 1, 0, n, times)
-        for m in range(at.shape[0]):
-            for i in range(k):
-                near.squared[i], near.place[i] = INFINITY, n
-            search(&tree, 1, 0, n, times, &at[m, 0], &near)
-            deviation[m] = sqrt(plane_through(points, &near, &normal[m, 0]) / max(k - 3, 1))
+        for i in range(m):
+            nearest(&tree, k, &at[i, 0], &near, near.squared + 2 * n)
+            scatter_of(&tree, &near, entries + i, m)
+        eigen(entries, m, vectors)
+        for i in range(m):
+            normal[i, 0], normal[i, 1], normal[i, 2] = vectors[i], vectors[m + i], vectors[2 * m + i]
+            deviation[i] = sqrt(max(entries[i], 0.0) / max(k - 3, 1))
     free(room)
     return normals, scatter

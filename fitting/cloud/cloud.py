@@ -113,14 +113,14 @@ class Cloud:
         seen = sample[:NORMAL_POINTS]
         along = working @ axes
         halved = Halved.of(along)
-        normals_there, scatter = local_planes(working, halved, at=working[seen])
+        normals_along, scatter = local_planes(along, halved, at=along[seen])
         flattest = np.argsort(scatter, kind="stable")[: (len(scatter) + 1) // 2]
         return cls(
             frame=frame,
             points=normalized,
             working=working,
             sample=sample,
-            normals=normals_there if normals is None else normals[chosen[seen]],
+            normals=normals_along @ axes.T if normals is None else normals[chosen[seen]],
             flattest=np.sort(flattest),
             local_noise=_middle(scatter[flattest]),
             tolerance=tolerance,
