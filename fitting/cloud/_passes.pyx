@@ -44,9 +44,10 @@ def moments(const double[:, ::1] points, const double[::1] middle, double half):
 
 
 def normalized(const double[:, ::1] points, const double[::1] center, double scale):
-    """(x - center) / scale  of points (N, 3)."""
+    """(x - center) / scale  of points (N, 3); the scale is a power of two."""
     cdef Py_ssize_t i
     cdef int axis
+    cdef double inverse = 1.0 / scale
     cdef double origin[3]
     result = np.empty((points.shape[0], 3))
     cdef double[:, ::1] view = result
@@ -55,7 +56,7 @@ def normalized(const double[:, ::1] points, const double[::1] center, double sca
             origin[axis] = center[axis]
         for i in range(points.shape[0]):
             for axis in range(3):
-                view[i, axis] = (points[i, axis] - origin[axis]) / scale
+                view[i, axis] = inverse * (points[i, axis] - origin[axis])
     return result
 
 
