@@ -152,11 +152,11 @@ lock-check: $(VENV)/.uv
 	diff -r requirements build/lock/requirements
 
 clean:
-	rm -rf $(VENV) $(VENV_TORCH) $(VENV_PEERS) build dist src/primfit.egg-info fitting/*/_*.c fitting/*/_*.so
+	rm -rf $(VENV) $(VENV_TORCH) $(VENV_PEERS) build dist src/primfit.egg-info fitting/*/_*.c fitting/*/_*.so models/_*.c models/_*.so
 
 # A virtual environment and, in it, one stamp for each thing installed; all are redone when pyproject.toml or
 # what is compiled changes.
-BUILT = pyproject.toml setup.py $(wildcard fitting/*/*.pyx fitting/*/*.pxd fitting/*/*.h)
+BUILT = pyproject.toml setup.py $(wildcard fitting/*/*.pyx fitting/*/*.pxd fitting/*/*.h models/*.pyx)
 
 %/.python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "primfit needs Python 3.11 or newer, but $(PYTHON) is " + sys.version.split()[0] + ". Name a newer one: make PYTHON=python3.12 $(MAKECMDGOALS)")'

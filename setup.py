@@ -1,4 +1,4 @@
-"""What is compiled: each .pyx of fitting/, translated by Cython. All else stands in pyproject.toml.
+"""What is compiled: each .pyx, translated by Cython. All else stands in pyproject.toml.
 
 The modules keep to the limited API of Python 3.11, so that one wheel does for it and all later versions.
 """
@@ -16,6 +16,7 @@ if Path("src/primfit/fitting").is_file():
     )
 
 FITTING = Path("src/primfit/fitting")
+SOURCES = sorted([*FITTING.glob("*/*.pyx"), *Path("src/primfit/models").glob("*.pyx")])
 SHARED = sorted(map(str, [*FITTING.glob("*/*.h"), *FITTING.glob("*/*.pxd")]))
 
 
@@ -33,6 +34,6 @@ def compiled(source: Path) -> Extension:
 
 
 setup(
-    ext_modules=[compiled(source) for source in sorted(FITTING.glob("*/*.pyx"))],
+    ext_modules=[compiled(source) for source in SOURCES],
     options={"bdist_wheel": {"py_limited_api": "cp311"}},
 )

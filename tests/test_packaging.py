@@ -13,7 +13,7 @@ import yaml
 from tests.installing import HOUSES, ROOT, build_wheel, copy_sources
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-SOURCES = sorted((ROOT / "fitting").glob("*/*.pyx"))
+SOURCES = sorted([*(ROOT / "fitting").glob("*/*.pyx"), *(ROOT / "models").glob("*.pyx")])
 
 
 def test_every_module_lies_in_a_package() -> None:
@@ -87,7 +87,9 @@ def test_wheel_holds_what_is_compiled_once_for_all_versions_and_no_sources(wheel
 
 
 def test_what_is_compiled_is_not_hidden_by_an_older_build() -> None:
-    hidden = [str(old.relative_to(ROOT)) for old in (ROOT / "fitting").glob("*/_*.cpython-*.so")]
+    hidden = [
+        str(old.relative_to(ROOT)) for source in SOURCES for old in source.parent.glob("_*.cpython-*.so")
+    ]
     assert hidden == [], "an older build goes before the new one: remove these files"
 
 

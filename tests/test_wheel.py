@@ -13,6 +13,7 @@ import pytest
 from tests.installing import ROOT, Environment
 
 WHEELS = sorted((ROOT / "dist").glob("primfit-*.whl"))
+COMPILED = [*(ROOT / "fitting").glob("*/*.pyx"), *(ROOT / "models").glob("*.pyx")]
 EXAMPLE = ROOT / "app" / "examples" / "request.json"
 
 pytestmark = [
@@ -32,7 +33,7 @@ def test_it_keeps_to_the_stable_abi() -> None:
     assert done.returncode == 0, done.stderr
     (report,) = json.loads(done.stdout)["specs"].values()
     names = {compiled["name"] for compiled in report["wheel"]}
-    assert names == {f"{source.stem}.abi3.so" for source in (ROOT / "fitting").glob("*/*.pyx")}
+    assert names == {f"{source.stem}.abi3.so" for source in COMPILED}
 
 
 def test_the_sdist_holds_the_sources_and_no_tests() -> None:
@@ -40,8 +41,8 @@ def test_the_sdist_holds_the_sources_and_no_tests() -> None:
     with tarfile.open(sdist) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
         assert not [member.name for member in archive if member.issym() or member.islnk()]
-    sources = [path for path in (ROOT / "fitting").glob("*/*") if path.suffix in (".h", ".pxd", ".pyx")]
-    assert {f"src/primfit/{source.relative_to(ROOT)}" for source in sources} <= names
+    shared = [path for path in (ROOT / "fitting").glob("*/*") if path.suffix in (".h", ".pxd")]
+    assert {f"src/primfit/{source.relative_to(ROOT)}" for source in [*shared, *COMPILED]} <= names
     assert not [name for name in names if name.startswith("tests")]
 
 

@@ -1,5 +1,6 @@
 """A checked cloud with everything about it that does not depend on the kind that is tried."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -7,13 +8,15 @@ from typing import Self
 import numpy as np
 
 from ..errors import InvalidPointCloudError
+from ..geometry import _linear
 from ..geometry.axes import Oriented
-from ..geometry.vectors import Array, principal
+from ..geometry.vectors import Array, bounds, principal
 from ..noise.rounding import ULPS, rounding_of
+from . import _passes
 from .frame import Frame
 from .normals import local_planes
-from .order import canonical_order, canonical_sample, distance_keys, is_first, shuffled
-from .patches import grains_of, patches_of
+from .order import canonical_order, canonical_sample, distance_keys, shuffled
+from .patches import Halved
 from .weights import factors_of
 
 WORKING_POINTS = 20_000
@@ -106,46 +109,48 @@ class Cloud:
     ) -> Self:
         """Check, normalise, sample; raises `InvalidPointCloudError` for what cannot be a cloud."""
         given = _Given.checked(points, normals, weights, standard_deviations)
-        keys = distance_keys(given.points)
+        keys = distance_keys(given.points, given.box)
         if len(given.points) <= WORKING_POINTS:
             order = canonical_order(given.points, keys)
             given, keys = given.taken(order), keys[order]
         checked, normals, factors = given.points, given.normals, given.factors
-        frame = Frame.of(checked)
+        frame = Frame.of(checked, given.box)
         normalized = frame.normalize(checked)
-        rounding = rounding_of(checked)
+        rounding = rounding_of(checked, given.box)
         tolerance = rounding.size / frame.scale
-        choosing, sampling = rng.spawn(2)
+        choosing, sampling = _seeds(rng)
         chosen = _working(checked, keys, factors is not None, choosing)
-        working = normalized[chosen]
+        working = _rows(normalized, chosen)
         spread, axes = principal(working)
         if spread[1] <= max(FLAT * spread[0], 2.0 * tolerance):
             raise InvalidPointCloudError(
                 f"the {len(checked)} points are collinear (width over length {spread[1] / spread[0]:.1e}): "
                 "no primitive is determined"
             )
-        sample = shuffled(keys[chosen], sampling)[:SAMPLE_POINTS]
+        sample = shuffled(_rows(keys, chosen), SAMPLE_POINTS, np.random.default_rng(sampling))
         seen = sample[:NORMAL_POINTS]
-        normals_there, scatter = local_planes(working, at=working[seen])
-        flattest = np.sort(np.argsort(scatter, kind="stable")[: (len(scatter) + 1) // 2])
+        along = working @ axes
+        halved = Halved.of(along)
+        normals_along, scatter = local_planes(along, halved, at=along[seen])
+        flattest = np.argsort(scatter, kind="stable")[: (len(scatter) + 1) // 2]
         return cls(
             frame=frame,
             points=normalized,
             working=working,
             sample=sample,
-            normals=normals_there if normals is None else normals[chosen[seen]],
-            flattest=flattest,
-            local_noise=float(np.median(scatter[flattest])),
+            normals=normals_along @ axes.T if normals is None else normals[chosen[seen]],
+            flattest=np.sort(flattest),
+            local_noise=_middle(scatter[flattest]),
             tolerance=tolerance,
             step=rounding.step,
-            diagonal=float(np.linalg.norm(np.ptp(normalized, axis=0))),
-            patch=patches_of(working @ axes),
-            grain=grains_of(working @ axes),
+            diagonal=_diagonal(frame.normalize(given.box)),
+            patch=halved.patches(),
+            grain=halved.grains(),
             axes=axes,
-            extent=float(np.linalg.norm(np.ptp(working @ axes, axis=0))),
+            extent=_diagonal(bounds(along)),
             flat=bool(spread[2] <= tolerance),
             factors=factors,
-            working_factors=None if factors is None else factors[chosen],
+            working_factors=None if factors is None else _rows(factors, chosen),
         )
 
     def about(self, origin: Array) -> Self:
@@ -164,6 +169,7 @@ class _Given:
     """What a caller gives of each point."""
 
     points: Array
+    box: Array
     normals: Array | None
     factors: Array | None
 
@@ -172,63 +178,97 @@ class _Given:
         cls, points: object, normals: Array | None, weights: object, standard_deviations: object
     ) -> Self:
         """Without points of no weight; raises `InvalidPointCloudError` for what cannot be a cloud."""
-        array = check_points(points)
+        array, box = _cloud_in_box(points)
         given = cls(
             array,
+            box,
             None if normals is None else check_normals(normals, len(array)),
             factors_of(weights, standard_deviations, len(array)),
         )
         if given.factors is not None and not given.factors.all():
-            given = given.taken(given.factors > 0.0)
-            check_points(given.points)
+            given = given.taken(np.flatnonzero(given.factors))
+            given = replace(given, box=_cloud_in_box(given.points)[1])
         if given.factors is not None and np.all(given.factors == given.factors[0]):
             return replace(given, factors=None)
         return given
 
     def taken(self, rows: np.ndarray) -> Self:
-        """Of these points only."""
-        each = (self.points, self.normals, self.factors)
-        return type(self)(*(None if values is None else values[rows] for values in each))  # type: ignore[arg-type]
+        """Of these points only, in the same box."""
+        normals, factors = (
+            None if values is None else values.take(rows, axis=0) for values in (self.normals, self.factors)
+        )
+        return type(self)(self.points.take(rows, axis=0), self.box, normals, factors)
 
 
-def _working(points: Array, keys: np.ndarray, weighted: bool, rng: np.random.Generator) -> np.ndarray:
+def _seeds(rng: np.random.Generator) -> list[np.random.SeedSequence]:
+    """Of the generators that choose working points and sample them: one alone is mostly needed."""
+    return rng.bit_generator.seed_seq.spawn(2)  # type: ignore[attr-defined]
+
+
+def _working(points: Array, keys: np.ndarray, weighted: bool, seed: np.random.SeedSequence) -> np.ndarray:
     """Indices (M,) of the working points among (N, 3), which are in canonical order unless they are many."""
     if len(points) > WORKING_POINTS:
-        return canonical_sample(points, keys, WORKING_POINTS, rng, repeated=weighted)
-    return np.arange(len(points)) if weighted else np.flatnonzero(is_first(points))
+        return canonical_sample(points, keys, WORKING_POINTS, np.random.default_rng(seed), repeated=weighted)
+    return np.arange(len(points)) if weighted else _passes.firsts(points)
+
+
+def _rows(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """`values[chosen]`, or the values themselves where all are chosen, which then is in their order."""
+    return values if len(chosen) == len(values) else values.take(chosen, axis=0)
+
+
+def _middle(ascending: Array) -> float:
+    """The median."""
+    return float(ascending[(len(ascending) - 1) // 2] + ascending[len(ascending) // 2]) / 2.0
+
+
+def _diagonal(box: Array) -> float:
+    """Of a box, from its lowest to its highest corner."""
+    return math.dist(*box.tolist())
 
 
 def check_coordinates(points: object) -> Array:
     """The points as a finite float64 array of shape (N, 3), or an error."""
-    try:
-        array = np.asarray(points, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidPointCloudError("points cannot be read as numbers of shape (N, 3)") from error
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise InvalidPointCloudError(f"points have shape {array.shape}; (N, 3) is needed")
-    finite = np.isfinite(array).all(axis=1)
-    if not finite.all():
-        raise InvalidPointCloudError(
-            f"{int((~finite).sum())} of {len(array)} points hold NaN or infinity; "
-            f"the first is points[{int(np.argmin(finite))}]"
-        )
-    largest = float(np.max(np.abs(array), initial=0.0))
-    if largest > LARGEST_COORDINATE:
-        raise InvalidPointCloudError(f"a coordinate is {largest:.3g}; the limit is {LARGEST_COORDINATE:.0e}")
-    return array
+    return _in_box(points)[0]
 
 
 def check_points(points: object) -> Array:
     """The points as a finite float64 array of shape (N, 3) that is a cloud, or an error."""
-    array = check_coordinates(points)
+    return _cloud_in_box(points)[0]
+
+
+def _in_box(points: object) -> tuple[Array, Array]:
+    """As `check_coordinates`, and the box (2, 3) around them."""
+    try:
+        array = np.asarray(points, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InvalidPointCloudError("points cannot be read as numbers of shape (N, 3)") from error
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InvalidPointCloudError(f"points have shape {array.shape}; (N, 3) is needed")
+    box, all_finite = _linear.bounds(array)
+    if not all_finite:
+        finite = np.isfinite(array).all(axis=1)
+        raise InvalidPointCloudError(
+            f"{int((~finite).sum())} of {len(array)} points hold NaN or infinity; "
+            f"the first is points[{int(np.argmin(finite))}]"
+        )
+    largest = float(np.abs(box).max())
+    if largest > LARGEST_COORDINATE and len(array):
+        raise InvalidPointCloudError(f"a coordinate is {largest:.3g}; the limit is {LARGEST_COORDINATE:.0e}")
+    return array, box
+
+
+def _cloud_in_box(points: object) -> tuple[Array, Array]:
+    """As `check_points`, and the box (2, 3) around them."""
+    array, box = _in_box(points)
     if len(array) < 3:
         raise InvalidPointCloudError(f"{len(array)} points given; at least 3 are needed")
-    if np.all(array == array[0]):
+    extent = float(np.max(box[1] - box[0]))
+    if extent == 0.0:
         raise InvalidPointCloudError(f"all {len(array)} points are the same one")
-    extent = float(np.max(np.ptp(array, axis=0)))
     if extent < SMALLEST_EXTENT:
         raise InvalidPointCloudError(f"the cloud is {extent:.3g} in size; the limit is {SMALLEST_EXTENT:.0e}")
-    return array
+    return array, box
 
 
 def check_normals(normals: object, n_points: int) -> Array:

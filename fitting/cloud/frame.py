@@ -1,12 +1,14 @@
 """The frame in which everything is estimated: centred at the centroid, scaled to an extent near 1."""
 
+import math
 from dataclasses import dataclass
 from typing import Self, TypeVar
 
 import numpy as np
 
-from ..geometry.vectors import Array
+from ..geometry.vectors import Array, bounds
 from ..primitives.primitive import Primitive
+from . import _passes
 
 P = TypeVar("P", bound=Primitive)
 
@@ -19,26 +21,27 @@ class Frame:
     scale: float
 
     @classmethod
-    def of(cls, points: Array) -> Self:
+    def of(cls, points: Array, box: Array | None = None) -> Self:
         """The frame whose origin is the centroid and whose scale is near the rms distance to it.
 
         The centroid is rounded to a multiple of the coarsest spacing of the coordinates, so that
-        subtracting it is exact, too.
+        subtracting it is exact, too. The box (2, 3) around them is found if it is not known.
         """
-        lowest, highest = points.min(axis=0), points.max(axis=0)
+        lowest, highest = box = bounds(points) if box is None else box
         middle = lowest / 2.0 + highest / 2.0
         half = float(np.max(highest / 2.0 - lowest / 2.0))
         if half == 0.0:
             return cls(middle, 1.0)
-        unit_offsets = (points - middle) / half
-        centroid = unit_offsets.mean(axis=0)
-        rms = half * float(np.sqrt(np.mean(np.sum((unit_offsets - centroid) ** 2, axis=1))))
+        centroid, mean_square = _passes.moments(np.ascontiguousarray(points, np.float64), middle, half)
         center = middle + half * centroid
-        spacing = np.spacing(np.max(np.abs([lowest, highest]), axis=0))
-        return cls(np.round(center / spacing) * spacing, float(2.0 ** np.round(np.log2(rms))))
+        spacing = np.spacing(np.abs(box).max(axis=0))
+        exponent = round(math.log2(half * math.sqrt(mean_square)))
+        return cls(np.round(center / spacing) * spacing, math.ldexp(1.0, exponent))
 
     def normalize(self, points: Array) -> Array:
-        return (points - self.center) / self.scale
+        """Points (..., 3) of the input in this frame."""
+        flat = np.ascontiguousarray(points, np.float64).reshape(-1, 3)
+        return _passes.normalized(flat, self.center, self.scale).reshape(points.shape)
 
     def bring(self, primitive: P) -> P:
         """A primitive in the units of the input in this frame."""

@@ -1,9 +1,10 @@
 """Unit normals of a cloud, and its noise, from local principal components."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..geometry.vectors import Array
+from . import _pieces
+from .patches import Halved
 
 NEIGHBOURS = 16
 
@@ -23,21 +24,17 @@ def estimate_normals(points: Array, k: int = NEIGHBOURS, at: Array | None = None
 
     Source: Hoppe et al., "Surface reconstruction from unorganized points", SIGGRAPH 1992, section 3.2.
     """
-    return local_planes(points, k, at)[0]
+    return local_planes(points, Halved.of(points), points if at is None else at, k)[0]
 
 
-def local_planes(points: Array, k: int = NEIGHBOURS, at: Array | None = None) -> tuple[Array, Array]:
-    """Normals as `estimate_normals`, and how far the neighbours scatter about their planes, (N,) or (M,).
+def local_planes(points: Array, halved: Halved, at: Array, k: int = NEIGHBOURS) -> tuple[Array, Array]:
+    """Normals (M, 3) as `estimate_normals`, and how far the neighbours scatter about their planes, (M,).
 
     The scatter is a standard deviation, unbiased for independent noise on a flat surface; curvature adds to
-    it, and correlation of the noise takes from it.
+    it, and correlation of the noise takes from it. Of neighbours that are as far, the earlier ones count.
     """
-    where = points if at is None else at
     k = min(k, len(points))
     if k < 3:
-        return np.tile([0.0, 0.0, 1.0], (len(where), 1)), np.zeros(len(where))
-    _, neighbours = cKDTree(points).query(where, k=k)
-    offsets = points[neighbours]
-    offsets -= offsets.mean(axis=1, keepdims=True)
-    squares, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
-    return vectors[:, :, 0], np.sqrt(np.maximum(squares[:, 0], 0.0) / max(k - 3, 1))
+        return np.tile([0.0, 0.0, 1.0], (len(at), 1)), np.zeros(len(at))
+    contiguous = (np.ascontiguousarray(each, np.float64) for each in (points, at))
+    return _pieces.local_planes(next(contiguous), halved.order, halved.times, next(contiguous), k)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..geometry.vectors import TINY, Array
+from ..geometry.vectors import Array
+from . import _passes
 
 RESOLVED = 1e-6
 """Squared distances that differ by less, over the largest, count as equal: rounding hardly ever tells them
@@ -11,9 +12,9 @@ apart, also far from the origin."""
 
 def canonical_order(points: Array, keys: np.ndarray) -> np.ndarray:
     """Indices (N,) that sort the points (N, 3) by their keys (N,), then by x, y and z."""
-    order = np.argsort(keys)
-    equal = keys[order][1:] == keys[order][:-1]
-    if equal.any():
+    order, ties = _passes.sorted_places(keys)
+    if ties:
+        equal = keys[order][1:] == keys[order][:-1]
         tied = np.concatenate([equal, [False]]) | np.concatenate([[False], equal])
         among = order[tied]
         x, y, z = points[among].T
@@ -21,29 +22,14 @@ def canonical_order(points: Array, keys: np.ndarray) -> np.ndarray:
     return order
 
 
-def is_first(ordered: Array) -> np.ndarray:
-    """Mask (N,) of the points in canonical order that are not the same as the one before."""
-    first = np.ones(len(ordered), bool)
-    first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    return first
-
-
-def distance_keys(points: Array) -> np.ndarray:
-    """Squared distances of the points (N, 3) from two centres that move with the cloud, in one number (N,).
+def distance_keys(points: Array, box: Array) -> np.ndarray:
+    """Squared distances of points (N, 3) from two centres that move with the cloud, in one number (N,).
 
     The centres are the centroid and, beside it, the mean of the offsets from it weighted by their squares.
+    The first is in the upper 32 bits and the second in the lower, in units of `RESOLVED` times the largest of
+    the first. The box (2, 3) is the one around the points.
     """
-    low, high = points.min(axis=0), points.max(axis=0)
-    extent = max(float(np.max(high / 2.0 - low / 2.0)), TINY)
-    offsets = points / extent - low / extent
-    offsets -= offsets.mean(axis=0)
-    squared = np.einsum("ij,ij->i", offsets, offsets)
-    unit = RESOLVED * max(float(squared.max()), TINY)
-    offsets -= squared @ offsets / max(float(squared.sum()), TINY)
-    first, second = (
-        np.round(each / unit).astype(np.uint64) for each in (squared, np.einsum("ij,ij->i", offsets, offsets))
-    )
-    return (first << np.uint64(32)) + second
+    return _passes.distance_keys(points, box, RESOLVED)
 
 
 def _hashed(keys: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -51,11 +37,7 @@ def _hashed(keys: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
     Source: the finaliser of MurmurHash3 (Appleby, 2011), after a multiplication by a random odd number.
     """
-    mixed = keys * (2 * rng.integers(2**62, dtype=np.uint64) + np.uint64(1))
-    for factor in (0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53):
-        mixed ^= mixed >> np.uint64(33)
-        mixed *= np.uint64(factor)
-    return mixed ^ (mixed >> np.uint64(33))
+    return _passes.hashed(keys, 2 * int(rng.integers(2**62, dtype=np.uint64)) + 1)
 
 
 def canonical_sample(
@@ -68,24 +50,22 @@ def canonical_sample(
     """
     hashed = _hashed(keys, rng)
     chosen = _of_smallest(hashed, points, keys, count, rng)
-    if repeated or is_first(points[chosen]).all():
+    if repeated or len(_passes.firsts(points[chosen])) == count:
         return chosen
     order = canonical_order(points, keys)
-    different = order[is_first(points[order])]
+    different = order[_passes.firsts(points[order])]
     if len(different) <= count:
         return different
     return different[_of_smallest(hashed[different], points[different], keys[different], count, rng)]
 
 
-def shuffled(keys: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Indices (N,) of points in canonical order, as at random.
+def shuffled(keys: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Indices of at most `count` points in canonical order, as at random.
 
     By hashes of their keys (N,) and, where those are the same, of their places among them. A point more, or a
     key that rounds the other way, moves no others.
     """
-    starts = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
-    places = np.arange(len(keys)) - np.repeat(starts, np.diff(starts, append=len(keys)))
-    return np.argsort(_hashed(keys + (places.astype(np.uint64) << np.uint64(52)), rng), kind="stable")
+    return _passes.smallest(_hashed(_passes.told_apart(keys), rng), count)
 
 
 def _of_smallest(
@@ -95,7 +75,7 @@ def _of_smallest(
 
     Where many distances are the same, which a hash cannot tell apart, any in canonical order.
     """
-    chosen = np.argpartition(hashed, count)[:count]
-    if np.count_nonzero(hashed <= hashed[chosen].max()) > count:
+    chosen = _passes.smallest(hashed, count)
+    if np.count_nonzero(hashed <= hashed[chosen[-1]]) > count:
         chosen = canonical_order(points, keys)[rng.choice(len(points), count, replace=False)]
     return chosen[canonical_order(points[chosen], keys[chosen])]

@@ -5,6 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _linear
+
 Array = NDArray[np.float64]
 
 SIGN_TOLERANCE = 1e-9
@@ -63,11 +65,15 @@ def canonical_direction(direction: Array) -> Array:
     return direction
 
 
+def bounds(points: Array) -> Array:
+    """The least and the greatest coordinates (2, 3) of points (N, 3)."""
+    return _linear.bounds(np.ascontiguousarray(points, np.float64))[0]
+
+
 def principal(points: Array) -> tuple[Array, Array]:
     """Root mean square extents (3,) of points (N, 3) about their centroid, the largest first, and the unit
     directions (3, 3) that they are along, in columns; of either sign."""
-    triangle = np.linalg.qr(points - points.mean(axis=0), mode="r")
-    _, sizes, directions = np.linalg.svd(triangle)
+    _, sizes, directions = np.linalg.svd(_linear.triangle_of(np.ascontiguousarray(points)))
     return sizes / math.sqrt(len(points)), directions.T
 
 

@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """What residuals cost, the scale of their core, and what random fields make of them."""
 
-from libc.math cimport INFINITY, log
+from libc.math cimport INFINITY, fabs, llrint, log, rint
 from libc.stdlib cimport free
 from libc.string cimport memcpy
 
@@ -45,6 +45,59 @@ def core_scale(const double[::1] absolute, double core, double deviation, double
         scale = core_of(&absolute[0], n, room, core, deviation, rest) if n else 0.0
     free(room)
     return scale
+
+
+cdef inline bint is_multiple(double value, double unit, double rounding) noexcept nogil:
+    return fabs(value - unit * rint(value / unit)) <= rounding
+
+
+def are_float32(const double[:, ::1] points):
+    """Whether every coordinate of points (N, 3) is a float32 number."""
+    cdef Py_ssize_t i
+    cdef int axis
+    for i in range(points.shape[0]):
+        for axis in range(3):
+            if <double> <float> points[i, axis] != points[i, axis]:
+                return False
+    return True
+
+
+def common_unit(const double[:, ::1] points, const double[::1] units, double rounding):
+    """Place of the first of the units that all coordinates of points (N, 3) are multiples of, within their rounding;
+    the number of units if none is."""
+    cdef Py_ssize_t i, which = 0
+    with nogil:
+        while which < units.shape[0]:
+            for i in range(points.shape[0]):
+                if not (
+                    is_multiple(points[i, 0], units[which], rounding)
+                    and is_multiple(points[i, 1], units[which], rounding)
+                    and is_multiple(points[i, 2], units[which], rounding)
+                ):
+                    break
+            else:
+                break
+            which += 1
+    return which
+
+
+def common_divisor(const double[:, ::1] points, double unit):
+    """The greatest common divisor of the differences of points (N, 3), in units; 0 where there are none."""
+    cdef long long divisor = 0, other
+    cdef long long origin[3]
+    cdef Py_ssize_t i
+    cdef int axis
+    with nogil:
+        for axis in range(3):
+            origin[axis] = llrint(points[0, axis] / unit)
+        for i in range(points.shape[0]):
+            for axis in range(3):
+                other = llrint(points[i, axis] / unit) - origin[axis]
+                while other:
+                    divisor, other = other, divisor % other
+            if divisor == 1 or divisor == -1:
+                break
+    return abs(divisor)
 
 
 cdef void covariance_beside(

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from decimal import Decimal
-from itertools import count
 
 import numpy as np
 
-from ..geometry.vectors import Array
+from ..geometry.vectors import Array, bounds
+from . import _noise
 
 ULPS = 32
 """Units in the last place of the largest coordinate that rounding may put a point off its surface, twice what
@@ -15,6 +15,10 @@ is seen in the clouds of SHREC 2022: to store it takes one, the others come from
 COARSEST_STEPS = 1000
 """A rounding is fine if the cloud is this many times as wide. A coarser one is noise, or the step of a
 lattice: a wrong surface may be as near."""
+
+EPS = tuple(float(np.finfo(each).eps) for each in (np.float64, np.float32))
+UNITS = np.array([float(f"1e-{decimals}") for decimals in range(324)])
+"""Steps of coordinates of so many decimals."""
 
 ROUNDING_NOISE = 0.3
 """Standard deviation of a rounded coordinate, in steps: 1 / sqrt 12."""
@@ -35,15 +39,16 @@ class Rounding:
     step: float | None
 
 
-def rounding_of(points: Array) -> Rounding:
-    """The rounding of coordinates (N, 3)."""
-    double, single = (ULPS * float(np.finfo(each).eps * np.abs(points).max()) for each in (float, np.float32))
-    with np.errstate(over="ignore"):
-        rounding = single if np.array_equal(points.astype(np.float32), points) else double
+def rounding_of(points: Array, box: Array | None = None) -> Rounding:
+    """The rounding of coordinates (N, 3); the box (2, 3) around them is found if it is not known."""
+    points = np.ascontiguousarray(points, np.float64)
+    box = bounds(points) if box is None else box
+    double, single = (ULPS * eps * float(np.abs(box).max()) for eps in EPS)
+    rounding = single if _noise.are_float32(points) else double
     step = _step_of(points, double)
     if step is not None and step <= rounding:
         step = None
-    finest = max(float(np.ptp(points, axis=0).max()) / COARSEST_STEPS, double)
+    finest = max(float((box[1] - box[0]).max()) / COARSEST_STEPS, double)
     return Rounding(max(size for size in (double, rounding, step or 0.0) if size <= finest), step)
 
 
@@ -52,17 +57,9 @@ def _step_of(points: Array, rounding: float) -> float | None:
 
     They have the fewest decimals that all of them are multiples of, within their rounding.
     """
-    for decimals in count():
-        exact = Decimal(1).scaleb(-decimals)
-        if exact <= 2.0 * rounding:
-            return None
-        unit = float(exact)
-        if _are_multiples(points[:1], unit, rounding) and _are_multiples(points, unit, rounding):
-            whole = np.rint(points / unit).astype(np.int64)
-            units = int(np.gcd.reduce(whole - whole[0], axis=None))
-            return float(units * exact) or None
-    return None
-
-
-def _are_multiples(points: Array, unit: float, rounding: float) -> bool:
-    return bool(np.all(np.abs(points - unit * np.rint(points / unit)) <= rounding))
+    units = UNITS[UNITS > 2.0 * rounding]
+    decimals = _noise.common_unit(points, units, rounding)
+    if decimals == len(units):
+        return None
+    steps = _noise.common_divisor(points, float(units[decimals]))
+    return float(steps * Decimal(1).scaleb(-decimals)) or None

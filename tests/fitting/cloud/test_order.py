@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from primfit.fitting.cloud.order import canonical_order, canonical_sample, distance_keys, shuffled
+from primfit.fitting.geometry.vectors import bounds
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import parameters
 from primfit.fitting.recognize import recognize
@@ -16,11 +17,12 @@ CLOUDS = pytest.mark.parametrize(
 
 
 def in_order(points: np.ndarray) -> np.ndarray:
-    return canonical_order(points, distance_keys(points))
+    return canonical_order(points, distance_keys(points, bounds(points)))
 
 
 def drawn(points: np.ndarray, count: int, seed: int, repeated: bool = False) -> np.ndarray:
-    return canonical_sample(points, distance_keys(points), count, np.random.default_rng(seed), repeated)
+    keys = distance_keys(points, bounds(points))
+    return canonical_sample(points, keys, count, np.random.default_rng(seed), repeated)
 
 
 def listed_anew(points: np.ndarray, seed: int = 5) -> np.ndarray:
@@ -110,12 +112,12 @@ def test_a_sample_is_one_of_the_different_points() -> None:
 
 def test_points_that_come_and_go_leave_the_others_in_their_random_order() -> None:
     keys = np.sort(np.random.default_rng(0).integers(0, 400, 1000).astype(np.uint64))
-    order = keys[shuffled(keys, np.random.default_rng(1))]
+    order = keys[shuffled(keys, 1000, np.random.default_rng(1))]
     without = np.delete(keys, np.flatnonzero(keys == keys[500])[-1])
     np.testing.assert_array_equal(
         order[order != keys[500]],
-        (left := without[shuffled(without, np.random.default_rng(1))])[left != keys[500]],
+        (left := without[shuffled(without, 999, np.random.default_rng(1))])[left != keys[500]],
     )
-    same = shuffled(np.zeros(1000, np.uint64), np.random.default_rng(1))
+    same = shuffled(np.zeros(1000, np.uint64), 1000, np.random.default_rng(1))
     assert abs(np.corrcoef(same, np.arange(1000))[0, 1]) < 0.1
     np.testing.assert_array_equal(np.sort(same), np.arange(1000))

@@ -1,14 +1,13 @@
 """Patches and grains: of equal size, of neighbours, and what goes wrong where they are of other sizes."""
 
 import itertools
-from functools import partial
 
 import numpy as np
 import pytest
 
-from primfit.fitting.cloud import cloud, patches
-from primfit.fitting.cloud._halves import halves
-from primfit.fitting.cloud.patches import GRAIN, PATCHES, grains_of, patches_of, strips_of
+from primfit.fitting.cloud import patches
+from primfit.fitting.cloud._pieces import halves, numbered
+from primfit.fitting.cloud.patches import GRAIN, PATCHES, Halved, strips_of
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.recognize import recognize
 from primfit.fitting.verdict import evidence
@@ -28,7 +27,6 @@ def test_a_folded_sheet_in_few_patches_is_a_cylinder(monkeypatch: Patch) -> None
     assert kinds(recognize(points)) == []
     for module in (patches, evidence):
         monkeypatch.setattr(module, "PATCHES", 8)
-    monkeypatch.setattr(cloud, "patches_of", partial(patches_of, most=8))
     monkeypatch.setattr(evidence, "strips_of", lambda values, most=8: strips_of(values, most))
     assert kinds(recognize(points)) == ["cylinder"]
 
@@ -45,18 +43,20 @@ def test_without_neighbours_in_grains_a_rod_of_twelve_faces_is_round(monkeypatch
 @pytest.mark.parametrize("n", [60, 500, 20_000])
 def test_patches_are_of_equal_size_and_hold_neighbours(n: int) -> None:
     feet = square(n)
-    count = np.bincount(patches_of(feet))
+    halved = Halved.of(feet)
+    count = np.bincount(halved.patches())
     assert len(count) == min(n, PATCHES) and np.ptp(count) <= 1
-    widths = [np.ptp(feet[patches_of(feet) == each], axis=0).max() for each in range(len(count))]
+    widths = [np.ptp(feet[halved.patches() == each], axis=0).max() for each in range(len(count))]
     assert max(widths) < 0.3
-    assert np.bincount(grains_of(feet)).max() <= max(2 * GRAIN, -(-n // PATCHES))
+    assert np.bincount(halved.grains()).max() <= max(2 * GRAIN, -(-n // PATCHES))
     assert np.array_equal(strips_of(np.arange(128.0)), np.arange(128) // 2)
 
 
 @pytest.mark.parametrize("n", [64, 100, 1001])
 def test_halves_are_equal_nested_and_cut_where_the_cloud_is_widest(n: int) -> None:
     points = np.random.default_rng(n).normal(size=(n, 3)) * [3.0, 2.0, 1.0]
-    numbers = [halves(points, times) for times in range(5)]
+    order = halves(points, 4)
+    numbers = [numbered(order, times) for times in range(5)]
     for coarse, fine in itertools.pairwise(numbers):
         np.testing.assert_array_equal(fine // 2, coarse)
         for piece in np.unique(coarse):
@@ -66,4 +66,4 @@ def test_halves_are_equal_nested_and_cut_where_the_cloud_is_widest(n: int) -> No
 
 
 def test_halves_of_equal_places_are_in_the_order_of_their_listing() -> None:
-    assert halves(np.zeros((8, 3)), 2).tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
+    assert numbered(halves(np.zeros((8, 3)), 2), 2).tolist() == [0, 0, 1, 1, 2, 2, 3, 3]

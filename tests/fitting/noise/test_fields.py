@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_triangular
 
-from primfit.fitting.cloud.patches import grains_of, patches_of, strips_of
+from primfit.fitting.cloud.patches import Halved, strips_of
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.noise import fields
 from primfit.fitting.noise._noise import solve_fields
@@ -30,7 +30,9 @@ def explained(height: Array, feet: Array) -> Explanations:
     points = feet + height[:, None] * [0.0, 0.0, 1.0]
     plane = refine(Plane([0.0, 0.0, 1.0], [0.0, 0.0, 0.0]), points).primitive
     residual, jacobian = linearize(plane, points)
-    patched = Patched.of(patches_of(feet), grains_of(feet), residual, jacobian, feet / np.sqrt(2.0))
+    patched = Patched.of(
+        Halved.of(feet).patches(), Halved.of(feet).grains(), residual, jacobian, feet / np.sqrt(2.0)
+    )
     return explanations(patched, np.sqrt(2.0), 1e-12)
 
 
@@ -116,7 +118,9 @@ def test_parameters_that_hardly_move_the_surface_have_their_price() -> None:
         Cylinder([1, 0, 0], [0, 0, -1e4], 1e4),
     ):
         residual, jacobian = linearize(surface, points)
-        patched = Patched.of(patches_of(feet), grains_of(feet), residual, jacobian, feet / np.sqrt(2.0))
+        patched = Patched.of(
+            Halved.of(feet).patches(), Halved.of(feet).grains(), residual, jacobian, feet / np.sqrt(2.0)
+        )
         evidence.append(log_mean(explanations(patched, np.sqrt(2.0), 1e-12).log_evidence))
     assert evidence[0] - evidence[1] > 3.0 and evidence[0] - evidence[2] > 3.0
 

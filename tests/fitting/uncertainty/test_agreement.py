@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from primfit.benchmark.coverage import waves
-from primfit.fitting.cloud.patches import patches_of
+from primfit.fitting.cloud.patches import Halved
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
@@ -65,7 +65,7 @@ def test_correlated_noise_is_found_and_counts() -> None:
 
 def test_fields_count_as_in_the_double_sum_over_patches() -> None:
     linear, feet = flat(300, np.random.default_rng(3))
-    patch, seen = patches_of(feet), np.arange(300) % 7 > 0
+    patch, seen = Halved.of(feet).patches(), np.arange(300) % 7 > 0
     agreement = two_fields(patch, seen, 0.4)
     middle = np.array([feet[seen & (patch == each)].mean(axis=0) for each in patch])
     apart = cdist(middle, middle)
@@ -86,10 +86,10 @@ def test_a_bow_as_wide_as_the_cloud_has_no_mean() -> None:
     linear, feet = flat(300, np.random.default_rng(3))
     seen = np.ones(300, bool)
     narrow, wide = (
-        two_fields(patches_of(feet), seen, reach).meats(np.zeros((3, 3)), linear.rows, feet)[0]
+        two_fields(Halved.of(feet).patches(), seen, reach).meats(np.zeros((3, 3)), linear.rows, feet)[0]
         for reach in (0.4, 2.0)
     )
-    rough = replace(two_fields(patches_of(feet), seen, 2.0), smooth=np.zeros(1))
+    rough = replace(two_fields(Halved.of(feet).patches(), seen, 2.0), smooth=np.zeros(1))
     left = wide - rough.meats(np.zeros((3, 3)), linear.rows, feet)[0]
     assert abs(left[0, 0]) < 1e-9 * narrow[0, 0] and left[1, 1] > 0.0
 
@@ -131,7 +131,7 @@ def test_a_bow_of_half_the_noise_makes_intervals_longer() -> None:
 def test_fields_of_no_range_and_of_endless_range_are_sums_within_and_over_patches() -> None:
     """The first leaves each patch a variance of its own; the second moves all patches alike."""
     linear, feet = flat(300, np.random.default_rng(3))
-    patch, seen = patches_of(feet), np.ones(300, bool)
+    patch, seen = Halved.of(feet).patches(), np.ones(300, bool)
     sums = np.array([linear.rows[patch == each].sum(axis=0) for each in np.unique(patch)])
     only_rough = replace(two_fields(patch, seen, 0.4), smooth=np.zeros(1))
     none = np.zeros((3, 3))
