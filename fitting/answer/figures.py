@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..cloud.cloud import Cloud
+from ..fields.fields import Explanations
 from ..geometry.vectors import Array
-from ..noise.fields import Explanations
 from ..primitives.primitive import Primitive
 from ..verdict.evidence import Evidence
 from .values import Deviation, ErrorSummary, NoiseSummary

@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 from ..cloud.cloud import Cloud
 from ..cloud.normals import NEIGHBOURS
 from ..cloud.patches import GRAIN, PATCHES, strips_of
+from ..fields.fields import Explanations, Patched, explanations
 from ..geometry.vectors import Array
 from ..noise.exact import exact_points
-from ..noise.fields import Explanations, Patched, explanations
 from ..noise.outliers import NoiseModel
 from ..noise.rounding import ROUNDING_NOISE
 from ..primitives import is_length
