@@ -4,6 +4,8 @@ import numpy as np
 
 from ..geometry.vectors import Array
 
+_Columns = tuple[Array, Array, Array, Array, Array, Array, Array, Array]
+
 class Grid:
     def __init__(
         self,
@@ -24,7 +26,7 @@ def explained(
     spare: float,
     prior: float,
     least: float,
-) -> tuple[Array, float, float, Array]: ...
+) -> tuple[_Columns, float, float, Array]: ...
 def patched(
     patch: np.ndarray, grain: np.ndarray, residual: Array, jacobian: Array, place: Array, turn: float
 ) -> tuple[Array, Array, Array, Array, float, float, float]: ...

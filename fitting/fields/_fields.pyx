@@ -122,7 +122,7 @@ def explained(
     """What fields make of residuals by patches; see `fitting.fields.fields`, whose `Patched` they are from.
 
     `prior` is the variance by which a step may move the surface, `least` the smallest noise of a point. Returned
-    are the columns (8, T) of `Explanations`, in their order, then `apart`, `apart_white`, and `spread`.
+    are the eight columns (T,) of `Explanations`, in their order, then `apart`, `apart_white`, and `spread`.
     """
     cdef Py_ssize_t n = mean.shape[0], m = padded(n), kinds = grid.ranges.shape[0]
     cdef int dof = jacobian.shape[1]
@@ -154,7 +154,7 @@ def explained(
         if dof:
             spread_of(best.normal, dof, directions, best.white, &spread_view[0])
     free(room)
-    return table, evidence, apart_white, spread
+    return tuple(table), evidence, apart_white, spread
 
 
 cdef Py_ssize_t highest(const Py_ssize_t[::1] number) noexcept nogil:

@@ -1,13 +1,12 @@
 /* How well white noise and fields explain the residuals of patches, and what they make of them. */
 #pragma once
 
+#include <float.h>
+
 #include "fields/bells.h"
 #include "fields/small.h"
 
 #define LOG_2_PI 1.8378770664093454836
-
-/* Rounding of a double. */
-#define ROUNDING 2.220446049250313e-16
 
 /* Factors of so many pivots are taken the logarithm of at once; they are no smaller than those of a point. */
 #define TOGETHER 16
@@ -92,7 +91,7 @@ static inline int damped(const double *normal, int dof, double *lower)
     for (int k = 0; k < dof; k++)
         trace += normal[k * dof + k];
     for (int k = 0; k < dof; k++)
-        matrix[k * dof + k] += ROUNDING * trace;
+        matrix[k * dof + k] += DBL_EPSILON * trace;
     return factor(matrix, dof, lower);
 }
 
@@ -234,7 +233,7 @@ static inline void whiten(const double *jacobian, ptrdiff_t n, int dof, double *
         largest = greater(largest, sizes[k]);
     }
     for (int k = 0; k < dof; k++) {
-        const double size = greater(sizes[k], ROUNDING * greater(largest, TINY));
+        const double size = greater(sizes[k], DBL_EPSILON * greater(largest, TINY));
         for (ptrdiff_t i = 0; i < n; i++)
             columns[k * n + i] /= size;
         for (int l = 0; l < dof; l++)
