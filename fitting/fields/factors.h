@@ -5,12 +5,6 @@
 
 #include "geometry/vectors.h"
 
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__)
-#define FUSED_UNITS __attribute__((target_clones("fma", "default")))
-#else
-#define FUSED_UNITS
-#endif
-
 /* So many rows are eliminated at a time, in tiles of so many columns: what fits into the registers. */
 #define PANEL 4
 #define TILE 8
@@ -85,7 +79,7 @@ EVERYWHERE void take_rows(double *rows, ptrdiff_t width, ptrdiff_t done, ptrdiff
 /* Of a matrix (width, width) that holds a covariance (m, m), the upper triangle of it, columns B beside it and zeros
    below these: the upper factor U with U^T U = C, U^-T B, and -B^T C^-1 B, the upper triangle of it, in their places.
    Below the diagonal nothing is left that means anything. Whether the covariance is positive definite. */
-FUSED_UNITS static int eliminate(double *rows, ptrdiff_t m, ptrdiff_t width)
+VECTOR_UNITS static int eliminate(double *rows, ptrdiff_t m, ptrdiff_t width)
 {
     double lower[PANEL][PANEL];
     for (ptrdiff_t p = 0; p < width; p += PANEL) {
@@ -102,7 +96,7 @@ FUSED_UNITS static int eliminate(double *rows, ptrdiff_t m, ptrdiff_t width)
 }
 
 /* The solution of U w = h in the place of h (m,), for the factor that `eliminate` leaves. */
-FUSED_UNITS static void substitute(const double *rows, ptrdiff_t m, ptrdiff_t width, double *restrict h)
+VECTOR_UNITS static void substitute(const double *rows, ptrdiff_t m, ptrdiff_t width, double *restrict h)
 {
     for (ptrdiff_t p = m - PANEL; p >= 0; p -= PANEL) {
         const double *restrict a = rows + p * width, *restrict b = a + width;

@@ -36,7 +36,7 @@ typedef struct {
 } Weighed;
 
 /* Rows for `eliminate`: the covariance over the white variance of a point, residuals and steps beside it. */
-FUSED_UNITS static void lay_out(const Patches *p, const Fields *f, ptrdiff_t m, ptrdiff_t width, double *rows)
+VECTOR_UNITS static void lay_out(const Patches *p, const Fields *f, ptrdiff_t m, ptrdiff_t width, double *rows)
 {
     const double rough = f->size[0] * f->size[0], smooth = f->size[1] * f->size[1];
     for (ptrdiff_t i = 0; i < m; i++) {
@@ -112,7 +112,7 @@ EVERYWHERE double seen(const Patches *p, double *restrict course)
 
    What is left of residuals (n,) after a step is the sum of both and of the white noise; solved by the covariance
    it is `weights` (n,), of which each part makes its own. */
-FUSED_UNITS static void see(
+VECTOR_UNITS static void see(
     const Patches *p, const Fields *f, ptrdiff_t m, const double *rest, const double *weights, double *course,
     Weighed *found)
 {
@@ -135,7 +135,7 @@ FUSED_UNITS static void see(
 }
 
 /* Residuals less a step: solved by the factor's half they are in column m of the rows, as they are in the patches. */
-FUSED_UNITS static void take_step(
+VECTOR_UNITS static void take_step(
     const Patches *p, const double *rows, ptrdiff_t m, ptrdiff_t width, const double *step, double *half, double *rest)
 {
     for (ptrdiff_t i = 0; i < m; i++) {

@@ -4,8 +4,11 @@
 #include <math.h>
 #include <stddef.h>
 
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__)
-#define VECTOR_UNITS __attribute__((target_clones("avx2", "default")))
+/* Compiled twice, for processors with AVX2 and FMA and for any; which one is used is decided when it is loaded. */
+#if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__)
+#define VECTOR_UNITS __attribute__((target_clones("arch=x86-64-v3", "default")))
+#elif defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__)
+#define VECTOR_UNITS __attribute__((target_clones("fma", "default")))
 #else
 #define VECTOR_UNITS
 #endif

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""What residuals cost, and the scale of their core."""
+"""What residuals cost, the scale of their core, and which are outliers."""
 
 from libc.stdlib cimport free
 
@@ -13,6 +13,12 @@ cdef extern from "noise/scale.h" nogil:
     double core_of(
         const double *absolute, Py_ssize_t n, double *scratch, double core, double deviation, double rest
     )
+
+cdef extern from "noise/mixture.h" nogil:
+    Py_ssize_t noise_among(
+        const double *squared, Py_ssize_t n, const double *logs, double smallest, double width, double *scale
+    )
+    double mixed_likelihood(const double *squared, Py_ssize_t n, double scale, double share, double width)
 
 cdef extern from "geometry/room.h":
     double *room_for(Py_ssize_t numbers) except NULL
@@ -39,3 +45,19 @@ def core_scale(const double[::1] absolute, double core, double deviation, double
         scale = core_of(&absolute[0], n, room, core, deviation, rest) if n else 0.0
     free(room)
     return scale
+
+
+def mixture(const double[::1] squared, const double[::1] logs, double smallest, double width):
+    """The scale of noise, the share of outliers, and the log-likelihood; see `fitting.noise.outliers`.
+
+    Of squared distances (N,) in ascending order, and the logarithms of 1 to N or more.
+    """
+    cdef Py_ssize_t n = squared.shape[0], noise
+    cdef double scale = smallest, share, likelihood
+    if not n or logs.shape[0] < n:
+        raise ValueError(f"{logs.shape[0]} logarithms do not do for {n} distances")
+    with nogil:
+        noise = noise_among(&squared[0], n, &logs[0], smallest, width, &scale)
+        share = <double>(n - noise) / n
+        likelihood = mixed_likelihood(&squared[0], n, scale, share, width)
+    return scale, share, likelihood
