@@ -6,22 +6,17 @@
 /* Sweeps over all pairs of columns: each but the last few squares how far they are from orthogonal. */
 #define SWEEPS 40
 
-/* The lower factor L of a symmetric matrix (k, k), of which the lower triangle is read; whether it is positive. */
-static inline int factor(const double *matrix, int k, double *lower)
+/* The lower factor L of a symmetric matrix (k, k), of which the lower triangle is read. Its eigenvalues are known to be
+   no smaller than `least`, and neither are pivots then: what is less is rounding. */
+static inline void factor(const double *matrix, int k, double least, double *lower)
 {
     for (int i = 0; i < k; i++)
         for (int j = 0; j <= i; j++) {
             double rest = matrix[i * k + j];
             for (int l = 0; l < j; l++)
                 rest -= lower[i * k + l] * lower[j * k + l];
-            if (i != j)
-                lower[i * k + j] = rest / lower[j * k + j];
-            else if (rest > 0.0)
-                lower[i * k + i] = sqrt(rest);
-            else
-                return 0;
+            lower[i * k + j] = i == j ? sqrt(greater(rest, least)) : rest / lower[j * k + j];
         }
-    return 1;
 }
 
 /* L^-1 b (k,), in the place of b. */
@@ -51,8 +46,7 @@ static inline double log_of_more(const double *matrix, int k, double scale)
     for (int i = 0; i < k; i++)
         for (int j = 0; j < k; j++)
             more[i * k + j] = scale * matrix[i * k + j] + (i == j);
-    if (!factor(more, k, lower))
-        return INFINITY;
+    factor(more, k, 1.0, lower);
     for (int i = 0; i < k; i++)
         product *= lower[i * k + i];
     return 2.0 * log(product);

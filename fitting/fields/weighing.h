@@ -83,8 +83,8 @@ static inline void normal_of(
     }
 }
 
-/* The lower factor of the normal matrix with so little more on its diagonal that it has one; see `factor`. */
-static inline int damped(const double *normal, int dof, double *lower)
+/* The lower factor of the normal matrix with so little more on its diagonal that it has one. */
+static inline void damped(const double *normal, int dof, double *lower)
 {
     double matrix[MOST * MOST], trace = 0.0;
     memcpy(matrix, normal, (size_t)(dof * dof) * sizeof *normal);
@@ -92,7 +92,7 @@ static inline int damped(const double *normal, int dof, double *lower)
         trace += normal[k * dof + k];
     for (int k = 0; k < dof; k++)
         matrix[k * dof + k] += DBL_EPSILON * trace;
-    return factor(matrix, dof, lower);
+    factor(matrix, dof, greater(DBL_EPSILON * trace, TINY), lower);
 }
 
 /* Root mean square of a course (n,) beside what steps take of it, which are taken off it. */
@@ -163,10 +163,9 @@ static inline Weighed weigh(
     double left = within;
     if (positive) {
         normal_of(rows, m, width, p->dof, normal, step);
-        if (damped(normal, p->dof, lower)) {
-            forwards(lower, p->dof, step);
-            backwards(lower, p->dof, step);
-        }
+        damped(normal, p->dof, lower);
+        forwards(lower, p->dof, step);
+        backwards(lower, p->dof, step);
         take_step(p, rows, m, width, step, half, rest);
         left += inner(half, half, m);
     }
@@ -200,10 +199,9 @@ static inline double weigh_apart(const Patches *p, double *rest, double *white)
         for (int l = 0; l <= k; l++)
             normal[k * p->dof + l] = normal[l * p->dof + k] = inner(rest, p->whitened + l * p->n, p->n);
     }
-    if (damped(normal, p->dof, lower)) {
-        forwards(lower, p->dof, step);
-        backwards(lower, p->dof, step);
-    }
+    damped(normal, p->dof, lower);
+    forwards(lower, p->dof, step);
+    backwards(lower, p->dof, step);
     for (ptrdiff_t i = 0; i < p->n; i++) {
         double mean = p->mean[i];
         for (int k = 0; k < p->dof; k++)
@@ -246,12 +244,11 @@ static inline void spread_of(
     const double *normal, int dof, const double *directions, double white, double *spread)
 {
     double lower[MOST * MOST], row[MOST];
-    const int found = damped(normal, dof, lower);
+    damped(normal, dof, lower);
     for (int l = 0; l < dof; l++) {
         double square = 0.0;
         memcpy(row, directions + l * dof, (size_t)dof * sizeof *row);
-        if (found)
-            forwards(lower, dof, row);
+        forwards(lower, dof, row);
         for (int k = 0; k < dof; k++)
             square += row[k] * row[k];
         spread[l] = white * sqrt(square);

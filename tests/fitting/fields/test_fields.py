@@ -144,8 +144,7 @@ def some_patches(seed: int, kind: str, n: int = 700, turn: float = 0.0) -> tuple
     residual = wave + 0.01 * draws.normal(size=n)
     jacobian = np.column_stack([np.ones(n), feet[:, :2], feet[:, 0] ** 2, 1e-4 * feet[:, 0] * feet[:, 1]])
     place = feet if not turn else np.arctan2(feet[:, 1], feet[:, 0])[:, None]
-    patch = strips_of(place[:, 0]) if turn else patches_of(feet)
-    return patch, grains_of(feet), residual, jacobian, place
+    return strips_of(place[:, 0]), strips_of(feet[:, 1], max(64, n // 8)), residual, jacobian, place
 
 
 def close(found: Explanations, expected: Explanations) -> None:
