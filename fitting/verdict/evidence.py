@@ -202,7 +202,7 @@ def _least(cloud: Cloud) -> float:
 def _outliers(inlier: np.ndarray, cloud: Cloud) -> float:
     """Log-probability of the outliers, which come together, too: as many count as patches have room for."""
     count = min(len(inlier), PATCHES)
-    outliers = count * (1.0 - np.count_nonzero(inlier) / len(inlier))
+    outliers = count * (1.0 - int(np.count_nonzero(inlier)) / len(inlier))
     return outliers * math.log(OUTLIERS / cloud.extent) + (count - outliers) * math.log1p(-OUTLIERS)
 
 
