@@ -15,7 +15,7 @@ FILES = (
     "fitting/noise/scale.py",
     "fitting/noise/exact.py",
     "fitting/cloud/patches.py",
-    "fitting/noise/fields.py",
+    "fitting/fields/fields.py",
     "fitting/uncertainty/agreement.py",
     "fitting/verdict/evidence.py",
     "fitting/verdict/judge.py",

@@ -1,32 +1,34 @@
 """What an answer says of its distances and of its noise, in input units."""
 
-import numpy as np
-
 from ..cloud.cloud import Cloud
+from ..fields.fields import Explanations
 from ..geometry.vectors import Array
-from ..noise.fields import Explanations
 from ..primitives.primitive import Primitive
 from ..verdict.evidence import Evidence
+from . import _figures
 from .values import Deviation, ErrorSummary, NoiseSummary
+
+TAIL = 0.95
+"""Share of the distances that `p95` is the largest of."""
 
 
 def summarize(primitive: Primitive, evidence: Evidence) -> ErrorSummary:
     """The distances of all points from a primitive in the frame of the cloud, restored to input units."""
     points, scale = evidence.cloud.points, evidence.cloud.frame.scale
-    signed = primitive.signed_distance(points)
-    distance = np.abs(signed)
-    mean = float(distance.mean())
-    belongs = np.abs(evidence.primitive.signed_distance(points)) <= evidence.reach
-    near = distance[belongs] if belongs.any() else distance
+    judged = evidence.distance  # of the working points, which are all where they are as many
+    if len(judged) != len(points):
+        judged = evidence.primitive.signed_distance(points)
+    signed = judged if primitive is evidence.primitive else primitive.signed_distance(points)
+    rms, mean, p95, largest, zone, near, share = _figures.figures(signed, judged, evidence.reach, TAIL)
     return ErrorSummary(
-        rms=scale * float(np.sqrt(np.mean(distance**2))),
+        rms=scale * rms,
         mean=scale * mean,
-        p95=scale * float(np.percentile(distance, 95.0)),
-        max=scale * float(distance.max()),
-        zone=scale * float(np.ptp(signed)),
+        p95=scale * p95,
+        max=scale * largest,
+        zone=scale * zone,
         relative_mean=mean / evidence.cloud.diagonal,
-        inlier_rms=scale * float(np.sqrt(np.mean(near**2))),
-        inlier_share=float(belongs.mean()),
+        inlier_rms=scale * near,
+        inlier_share=share,
     )
 
 

@@ -1,9 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""What residuals cost, the scale of their core, and what random fields make of them."""
+"""What residuals cost, the scale of their core, and which are outliers."""
 
-from libc.math cimport INFINITY, fabs, llrint, log, rint
+from libc.math cimport fabs, llrint, rint
 from libc.stdlib cimport free
-from libc.string cimport memcpy
 
 import numpy as np
 
@@ -16,9 +15,11 @@ cdef extern from "noise/scale.h" nogil:
         const double *absolute, Py_ssize_t n, double *scratch, double core, double deviation, double rest
     )
 
-cdef extern from "noise/factors.h" nogil:
-    bint eliminate(double *rows, Py_ssize_t n, Py_ssize_t width)
-    void substitute(double *rows, Py_ssize_t n, Py_ssize_t width)
+cdef extern from "noise/mixture.h" nogil:
+    Py_ssize_t noise_among(
+        const double *squared, Py_ssize_t n, const double *logs, double smallest, double width, double *scale
+    )
+    double mixed_likelihood(const double *squared, Py_ssize_t n, double scale, double share, double width)
 
 cdef extern from "geometry/room.h":
     double *room_for(Py_ssize_t numbers) except NULL
@@ -100,58 +101,17 @@ def common_divisor(const double[:, ::1] points, double unit):
     return abs(divisor)
 
 
-cdef void covariance_beside(
-    const double *white, const double *bells, const long long *which, const double *sizes, int parts,
-    const double *columns, Py_ssize_t n, Py_ssize_t k, double *rows
-) noexcept nogil:
-    """Rows (n, n + k): the upper triangle of  diag(white) + sum sizes^2 bells[which],  and the columns beside it."""
-    cdef Py_ssize_t i, j, width = n + k
-    cdef int part
-    cdef const double *bell
-    cdef double square
-    for i in range(n):
-        for j in range(i, n):
-            rows[i * width + j] = 0.0
-        for part in range(parts):
-            square = sizes[part] * sizes[part]
-            if square > 0.0:
-                bell = bells + (which[part] * n + i) * n
-                for j in range(i, n):
-                    rows[i * width + j] += square * bell[j]
-        rows[i * width + i] += white[i]
-        memcpy(rows + i * width + n, columns + i * k, k * sizeof(double))
+def mixture(const double[::1] squared, const double[::1] logs, double smallest, double width):
+    """The scale of noise, the share of outliers, and the log-likelihood; see `fitting.noise.outliers`.
 
-
-def solve_fields(
-    const double[::1] white, const double[:, :, ::1] bells, const long long[:, ::1] which,
-    const double[:, ::1] sizes, const double[:, ::1] columns
-):
-    """Columns (P, K) solved by each covariance  C = diag(white) + sum sizes^2 bells[which]  of fields on P patches.
-
-    A field is a row of `which` (T, parts) of the bells (B, P, P), and one of their sizes; size 0 leaves a part
-    out. With Cholesky's factor C = L L^T returned are  L^-1 columns  and  C^-1 columns, (T, P, K),  and the
-    logarithm of the determinant of L (T,), which is infinite where a covariance is not positive definite.
+    Of squared distances (N,) in ascending order, and the logarithms of 1 to N or more.
     """
-    cdef Py_ssize_t t, i, n = columns.shape[0], k = columns.shape[1], fields = which.shape[0], width = n + k
-    cdef int parts = which.shape[1]
-    halves, solved, root = np.zeros((fields, n, k)), np.zeros((fields, n, k)), np.zeros(fields)
-    cdef double[:, :, ::1] half = halves
-    cdef double[:, :, ::1] whole = solved
-    cdef double[::1] log_root = root
-    cdef double *rows = room_for(n * width)
+    cdef Py_ssize_t n = squared.shape[0], noise
+    cdef double scale = smallest, share, likelihood
+    if not n or logs.shape[0] < n:
+        raise ValueError(f"{logs.shape[0]} logarithms do not do for {n} distances")
     with nogil:
-        for t in range(fields):
-            covariance_beside(
-                &white[0], &bells[0, 0, 0], &which[t, 0], &sizes[t, 0], parts, &columns[0, 0], n, k, rows
-            )
-            if not eliminate(rows, n, width):
-                log_root[t] = INFINITY
-                continue
-            for i in range(n):
-                log_root[t] += log(rows[i * width + i])
-                memcpy(&half[t, i, 0], rows + i * width + n, k * sizeof(double))
-            substitute(rows, n, width)
-            for i in range(n):
-                memcpy(&whole[t, i, 0], rows + i * width + n, k * sizeof(double))
-    free(rows)
-    return halves, solved, root
+        noise = noise_among(&squared[0], n, &logs[0], smallest, width, &scale)
+        share = <double>(n - noise) / n
+        likelihood = mixed_likelihood(&squared[0], n, scale, share, width)
+    return scale, share, likelihood

@@ -1,5 +1,7 @@
 """Points that lie on a surface as exactly as their coordinates can say: that many by no accident."""
 
+import math
+
 import numpy as np
 
 from ..geometry.vectors import Array
@@ -18,10 +20,14 @@ def exact_points(distance: Array, tolerance: float, dof: int) -> np.ndarray:
     """
     mask = distance <= tolerance
     inside = int(np.count_nonzero(mask))
-    around = int(np.count_nonzero(distance <= 2.0 * tolerance)) - inside
-    if inside == len(mask) or inside - dof > 2.0 * (around + np.sqrt(inside)):
+    if inside == len(mask):
         return mask
-    return np.zeros_like(mask)
+    chance = 2.0 * math.sqrt(inside)
+    if inside - dof > chance:  # most often it is not, and nothing else is counted
+        around = int(np.count_nonzero(distance <= 2.0 * tolerance)) - inside
+        if inside - dof > 2.0 * around + chance:
+            return mask
+    return np.zeros(len(mask), bool)
 
 
 def is_peaked(distance: Array, dof: int) -> bool:

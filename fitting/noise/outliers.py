@@ -1,12 +1,13 @@
 """Distances as a mixture of noise and outliers."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Self
 
 import numpy as np
-from scipy.special import xlogy
 
 from ..geometry.vectors import Array
+from . import _noise
 
 
 @dataclass(frozen=True)
@@ -28,12 +29,11 @@ class NoiseModel:
         Source: Celeux and Govaert, "A classification EM algorithm", Comput. Stat. Data Anal. 14, 1992, the
         criterion C2; outliers so modelled in Torr and Zisserman, "MLESAC", CVIU 78, 2000.
         """
-        squared = np.sort(distance**2)
-        sums, many = np.cumsum(squared), len(squared)
-        noise = np.arange(1, many + 1)
-        scales, outliers = np.maximum(np.sqrt(sums / noise), smallest), many - noise
-        normal = xlogy(noise, noise / (many * scales * np.sqrt(2.0 * np.pi))) - 0.5 * sums / scales**2
-        best = int(np.argmax(normal + xlogy(outliers, outliers / (many * width))))
-        scale, share = float(scales[best]), float(outliers[best]) / many
-        density = np.exp(-0.5 * squared / scale**2) / (scale * np.sqrt(2.0 * np.pi))
-        return cls(scale, share, float(np.log((1.0 - share) * density + share / width).sum()))
+        squared = np.sort(distance * distance)
+        return cls(*_noise.mixture(squared, _logs(len(squared).bit_length()), smallest, width))
+
+
+@cache
+def _logs(bits: int) -> Array:
+    """Logarithms of all numbers of so many bits."""
+    return np.log(np.arange(1.0, 2.0**bits))

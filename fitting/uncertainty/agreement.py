@@ -1,6 +1,6 @@
 """How the noise of points agrees over a surface: under each of what explains it, with its probability.
 
-The fields are those of the verdict (`fitting.noise.fields`). A smooth field as wide as the cloud is a
+The fields are those of the verdict (`fitting.fields.fields`). A smooth field as wide as the cloud is a
 deviation of the part, and the surface asked for is the one that it deviates from by 0 in the mean over the
 points; the mean of others is noise. A rough field as wide as the cloud does not count: one of a third of its
 range and of its variance differs as much from patch to patch, and its shorter intervals do.
@@ -12,8 +12,8 @@ from typing import Self
 import numpy as np
 
 from ..cloud.patches import PATCHES
+from ..fields.fields import Explanations
 from ..geometry.vectors import Array
-from ..noise.fields import Explanations
 
 FIELDS = 0.2
 """Probability, before anything is known, of a rough field, and of a smooth one; sizes and ranges alike. Less

@@ -7,8 +7,8 @@ interval long, while the interval that holds 95 % of the cases hardly needs it.
 import numpy as np
 from scipy.special import stdtr, stdtrit
 
+from ..fields.fields import EPS
 from ..geometry.vectors import Array
-from ..noise.fields import EPS
 
 UPPER = 0.975
 """Share of the cases that are below the upper end of a 95 % interval."""

@@ -1,24 +1,28 @@
 """What a fitted surface leaves over of a cloud: exact points, noise, outliers, fields; how likely that is."""
 
+import math
+import sys
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..cloud.cloud import Cloud
 from ..cloud.normals import NEIGHBOURS
 from ..cloud.patches import GRAIN, PATCHES, strips_of
+from ..fields.fields import Explanations, Patched, explanations
 from ..geometry.vectors import Array
 from ..noise.exact import exact_points
-from ..noise.fields import Explanations, Patched, explanations
 from ..noise.outliers import NoiseModel
 from ..noise.rounding import ROUNDING_NOISE
 from ..primitives import is_length
 from ..primitives.primitive import Primitive
-from ..solver.refine import linearize
+from ..solver.refine import CODES
 from ..trial.limits import Limits, moved
 from ..trial.trial import Trial
+from . import _evidence
+
+ORIGIN: Array = np.zeros(3)
 
 OUTLIER = 4.0
 """Points farther than this many noise scales are rejected as outliers: of normal noise 1 in 16,000."""
@@ -77,20 +81,23 @@ class Evidence:
     @classmethod
     def weigh(cls, primitive: Primitive, trial: Trial) -> Self:
         """Of a primitive, in the frame of the cloud, that was fitted to it within the limits of the trial."""
-        cloud = trial.cloud
-        free = primitive.dof - trial.held(primitive.row())
+        cloud, row = trial.cloud, primitive.row()
+        free = primitive.dof - trial.held(row)
         distance = primitive.signed_distance(cloud.working)
-        exact = exact_points(np.abs(distance), cloud.tolerance, trial.dof)
-        rest = distance if exact.all() else distance[~exact]
+        absolute = np.abs(distance)
+        exact = exact_points(absolute, cloud.tolerance, trial.dof)
+        any_exact, all_exact = bool(exact.any()), bool(exact.all())
+        rest = absolute[~exact] if any_exact and not all_exact else absolute
         noise = NoiseModel.of(rest, ROUNDING_NOISE * cloud.tolerance, cloud.extent)
-        noise_scale, reach = _scatter(trial, free, distance, exact, noise.scale)
-        inlier = exact | (np.abs(distance) <= reach)
+        noise_scale, reach = _scatter(trial, free, absolute, exact, noise.scale)
+        inlier = absolute <= reach
         explained, beside = None, 0.0
-        if not exact.any():
+        if any_exact:
+            inlier |= exact
+        else:
             explained, beside = _explained(primitive, trial, inlier), _outliers(inlier, cloud)
         if explained is not None:
-            spread = explained.spread if trial.limits is None else np.zeros(primitive.dof)
-            beside += _sizes(primitive, spread, cloud.extent)
+            beside += _sizes(primitive, row, None if trial.limits else explained.spread, cloud.extent)
         return cls(
             trial=trial,
             primitive=primitive,
@@ -101,10 +108,10 @@ class Evidence:
             reach=reach,
             noise=noise,
             noise_scale=noise_scale,
-            second_surface=0.0 if reach == np.inf else _second_surface(cloud, distance, exact, inlier),
+            second_surface=0.0 if reach == np.inf else _second_surface(cloud, absolute, exact, inlier),
             explained=explained,
             beside=beside,
-            on_curves=_on_curves(primitive, cloud, exact if exact.any() else inlier, noise_scale),
+            on_curves=_on_curves(primitive, cloud, exact if any_exact else inlier, noise_scale),
         )
 
     @property
@@ -113,11 +120,11 @@ class Evidence:
 
     @property
     def exact_share(self) -> float:
-        return float(self.exact.mean())
+        return int(np.count_nonzero(self.exact)) / len(self.exact)
 
     @property
     def inlier_share(self) -> float:
-        return float(self.inlier.mean())
+        return int(np.count_nonzero(self.inlier)) / len(self.inlier)
 
     @property
     def mean_inlier_distance(self) -> float:
@@ -139,78 +146,80 @@ class Evidence:
 
 
 def _scatter(
-    trial: Trial, free: int, distance: Array, exact: np.ndarray, noise: float
+    trial: Trial, free: int, absolute: Array, exact: np.ndarray, noise: float
 ) -> tuple[float, float]:
     """Standard deviation of the noise, and the distance beyond which points are outliers.
 
     `noise` is that of the points that are not exact. In a small cloud all count, and none is rejected.
     """
-    cloud, spare = trial.cloud, max(len(distance) - free, 1)
+    cloud, spare = trial.cloud, max(len(absolute) - free, 1)
     if exact.all():
         return 0.0, EXACT_REACH * cloud.extent
     if trial.is_small:
-        return float(np.sqrt(np.sum(np.abs(distance) ** 2) / spare)), np.inf
+        return math.sqrt(float(absolute @ absolute) / spare), math.inf
     if exact.any():
         return noise, max(OUTLIER * noise, EXACT_REACH * cloud.extent)
-    noise *= float(np.sqrt(len(distance) / spare))
+    noise *= math.sqrt(len(absolute) / spare)
     return noise, max(OUTLIER * noise, cloud.tolerance)
 
 
-def _second_surface(cloud: Cloud, distance: Array, exact: np.ndarray, inlier: np.ndarray) -> float:
+def _second_surface(cloud: Cloud, absolute: Array, exact: np.ndarray, inlier: np.ndarray) -> float:
     """Share of the points that are far from a surface, and lie on one of their own."""
-    far = np.abs(distance) > EXACT_REACH * cloud.extent if exact.any() else ~inlier
-    return _on_surfaces(cloud.working[cloud.sample[far[cloud.sample]]]) / len(cloud.sample)
+    far = absolute > EXACT_REACH * cloud.extent if exact.any() else ~inlier
+    there = cloud.sample[far[cloud.sample]]
+    return _on_surfaces(cloud.working[there]) / len(cloud.sample) if len(there) else 0.0
 
 
 def _explained(primitive: Primitive, trial: Trial, inlier: np.ndarray) -> Explanations | None:
     """Of the inliers in patches most of whose points are inliers."""
     cloud = trial.cloud
-    most = np.bincount(cloud.patch, inlier) >= 0.5 * np.bincount(cloud.patch)
-    seen = inlier & most[cloud.patch]
-    residual, jacobian, feet = _linear(primitive, cloud.working[seen], trial.limits)
-    patched = Patched.of(cloud.patch[seen], cloud.grain[seen], residual, jacobian, feet / cloud.extent)
+    points, patch, grain = cloud.working, cloud.patch, cloud.grain
+    if not inlier.all():
+        seen = _evidence.mostly(patch, inlier.view(np.uint8)).view(bool)
+        points, patch, grain = points[seen], patch[seen], grain[seen]
+    residual, jacobian, feet = _linear(primitive, points, trial.limits)
+    patched = Patched.of(patch, grain, residual, jacobian, feet / cloud.extent)
     if len(patched.mean) <= jacobian.shape[1]:
         return None
     return explanations(patched, cloud.extent, _least(cloud))
 
 
 def _linear(primitive: Primitive, points: Array, limits: Limits | None) -> tuple[Array, Array, Array]:
-    """Distances (N,) of points (N, 3), their derivatives (N, k) by the free steps, and their feet."""
+    """Distances (N,) of points (N, 3), their derivatives (N, k) by the free steps, and their feet (N, 3)."""
+    code, points = CODES[primitive.kind], np.ascontiguousarray(points)
     if limits is None:
-        residual, jacobian = linearize(primitive, points)
-    else:
-        residual, jacobian = linearize(moved(primitive, -limits.pivot), points - limits.pivot)
-        jacobian = jacobian @ limits.free_steps(moved(primitive, -limits.pivot).row())
-    return residual, jacobian, points - residual[:, None] * primitive.gradient(points)
+        return _evidence.linear(code, primitive.row(), points, ORIGIN)
+    row = moved(primitive, -limits.pivot).row()
+    residual, jacobian, feet = _evidence.linear(code, row, points, limits.pivot)
+    return residual, jacobian @ limits.free_steps(row), feet
 
 
 def _least(cloud: Cloud) -> float:
     """The smallest noise that is told from none."""
-    return max(ROUNDING_NOISE * cloud.tolerance, float(np.finfo(np.float64).eps))
+    return max(ROUNDING_NOISE * cloud.tolerance, sys.float_info.epsilon)
 
 
 def _outliers(inlier: np.ndarray, cloud: Cloud) -> float:
     """Log-probability of the outliers, which come together, too: as many count as patches have room for."""
     count = min(len(inlier), PATCHES)
-    outliers = count * float(1.0 - inlier.mean())
-    return outliers * float(np.log(OUTLIERS / cloud.extent)) + (count - outliers) * float(np.log1p(-OUTLIERS))
+    outliers = count * (1.0 - int(np.count_nonzero(inlier)) / len(inlier))
+    return outliers * math.log(OUTLIERS / cloud.extent) + (count - outliers) * math.log1p(-OUTLIERS)
 
 
-def _sizes(primitive: Primitive, spread: Array, extent: float) -> float:
+def _sizes(primitive: Primitive, row: Array, spread: Array | None, extent: float) -> float:
     """Log-probability of radii beyond the extent over that of smaller ones.
 
     Who cuts a cloud into segments leaves a piece that shows what it is a piece of: the density falls as the
     share of a sphere that the piece is, with the square of the radius. A curvature that is known to no better
-    than `spread`, (dof,) of the steps, may be as large as that.
+    than `spread`, (dof,) of the steps, may be as large as that; within limits it is as they say.
     """
     found = 0.0
     for name, (component, place) in primitive.chart.numbers.items():
-        if not is_length(name):
+        radius = float(row[place])
+        if radius <= extent or not is_length(name):
             continue
-        radius = float(primitive.row()[place])
-        if radius > 0.0:
-            likely = radius * radius / float(np.hypot(radius, spread[component]))
-            found -= 2.0 * max(0.0, float(np.log(likely / extent)))
+        unsure = 0.0 if spread is None else float(spread[component])
+        found -= 2.0 * max(0.0, math.log(radius * radius / math.hypot(radius, unsure) / extent))
     return found
 
 
@@ -234,7 +243,6 @@ def _on_surfaces(points: Array) -> int:
     """How many of the points (N, 3) lie on a surface with their neighbours among them."""
     if len(points) < 2 * NEIGHBOURS:
         return 0
-    offsets = points[cKDTree(points).query(points, k=NEIGHBOURS)[1]]
-    offsets -= offsets.mean(axis=1, keepdims=True)
-    squares = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", offsets, offsets))
-    return int(np.count_nonzero(squares[:, 0] < FLAT**2 * squares[:, 1]))
+    from scipy.spatial import cKDTree
+
+    return _evidence.flat_count(points, cKDTree(points).query(points, k=NEIGHBOURS)[1], FLAT)

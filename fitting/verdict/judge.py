@@ -6,9 +6,9 @@ from typing import Literal
 
 import numpy as np
 
+from ..fields.fields import PRIOR, Explanations
 from ..geometry.vectors import Array
 from ..names import KINDS
-from ..noise.fields import PRIOR, Explanations
 from ..primitives import PRIMITIVES
 from .evidence import Evidence
 

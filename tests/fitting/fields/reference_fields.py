@@ -1,106 +1,46 @@
-"""Residuals of a surface as white noise and random fields on it: how likely, and how large is each part?
-
-Noise of sensors is shared by neighbours, and over the whole cloud it is as large as what differs between
-neighbouring kinds; parts bow and bulge by as much. So residuals count as
-
-    r = J s + e + f + g
-
-with steps s of the parameters, white noise e, a rough field f of correlation exp(-d / l), and a smooth one g
-of exp(-d^2 / 2 l^2), where d is the distance between feet on the surface. Points are taken together in
-patches (their means, and what they scatter about those), so that all of them count where the fields are
-small, and no more than some dozen where they are not.
-Source: Rasmussen and Williams, "Gaussian processes for machine learning", 2006, chapters 2 and 5; Occam's
-factor: MacKay, "Information theory, inference, and learning algorithms", 2003, chapter 28; exponential
-variograms: Cressie, "Statistics for spatial data", 1993, section 2.3.
-"""
+"""The fields of `fitting.fields` in NumPy, one line a formula: what the compiled ones are held against."""
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
-from ..geometry.vectors import TINY, Array
-from . import _noise
-
-RATIO = float(np.sqrt(10.0))
-"""Sizes and ranges of the fields are looked at so many times as large as each other: half a decade."""
-
-ROUGH = (1 / RATIO, 1.0, RATIO)
-"""Standard deviations of the rough field, over that of the white noise: from what is hardly seen in a patch
-to nearly all of the noise."""
-
-ROUGH_RANGES = (1 / RATIO**2, 1 / RATIO, 1.0)
-"""Its ranges, over the extent: from a patch to the whole cloud."""
-
-SMOOTH = (1.0, RATIO, RATIO**2, RATIO * RATIO**2)
-"""Standard deviations of the smooth field, over that of the white noise: from one that patches just show to
-that of a wrong kind under little noise."""
-
-SMOOTH_RANGES = (0.5 / RATIO, 1.0)
-"""Its ranges, over the extent: of waves, which patches just show, and of a bow of all of it."""
-
-EPS = float(np.finfo(np.float64).eps)
-"""Directions that move the surface by less than this, over the one that moves it most, are not seen."""
-
-PRIOR = 0.5
-"""Extents by which a parameter may move the surface: to either side as far as the cloud goes."""
+from primfit.fitting.fields.fields import (
+    EPS,
+    PRIOR,
+    ROUGH,
+    ROUGH_RANGES,
+    SMOOTH,
+    SMOOTH_RANGES,
+    Explanations,
+    Patched,
+    log_mean,
+)
+from primfit.fitting.geometry.vectors import TINY, Array
 
 
-@dataclass(frozen=True, eq=False)
-class Patched:
-    """Residuals of a surface, patch by patch.
-
-    Attributes
-    ----------
-    mean : (P,) of the residuals of each patch
-    jacobian : (P, dof) of their derivatives
-    count : (P,) how many points it has
-    apart : (P, P) distances between the patches, over the extent
-    scatter : standard deviation of the residuals within the smaller pieces, 0 where none has two points
-    spare : how many such deviations are free, at most P: in a patch points tell the same
-    hidden : standard deviation within patches beyond that
-    """
-
-    mean: Array
-    jacobian: Array
-    count: Array
-    apart: Array
-    scatter: float
-    spare: float
-    hidden: float
-
-    @classmethod
-    def of(
-        cls,
-        patch: np.ndarray,
-        grain: np.ndarray,
-        residual: Array,
-        jacobian: Array,
-        place: Array,
-        turn: float = 0.0,
-    ) -> Self:
-        """Of points with the numbers (N,) of their patches and of smaller pieces.
-
-        They are at `place` (N, k), over the extent. With a `turn`, places that differ by it are the same.
-        """
-        count, means, _ = _means(patch, np.column_stack([residual, jacobian, place]))
-        dof = jacobian.shape[1]
-        between = means[:, None, 1 + dof :] - means[None, :, 1 + dof :]
-        if turn:
-            between = np.minimum(np.abs(between), turn - np.abs(between))
-        within, count_within = _scatter(patch, residual)
-        scatter, count_scatter = _scatter(grain, residual)
-        return cls(
-            means[:, 0],
-            means[:, 1 : 1 + dof],
-            count,
-            np.sqrt(np.sum(between**2, axis=2)),
-            scatter,
-            float(min(count_scatter, len(count))),
-            float(np.sqrt(max(within**2 - scatter**2, 0.0))) if count_within else 0.0,
-        )
+def patched(
+    patch: np.ndarray, grain: np.ndarray, residual: Array, jacobian: Array, place: Array, turn: float = 0.0
+) -> Patched:
+    """`Patched.of`"""
+    count, means, _ = _means(patch, np.column_stack([residual, jacobian, place]))
+    dof = jacobian.shape[1]
+    between = means[:, None, 1 + dof :] - means[None, :, 1 + dof :]
+    if turn:
+        between = np.minimum(np.abs(between), turn - np.abs(between))
+    within, count_within = _scatter(patch, residual)
+    scatter, count_scatter = _scatter(grain, residual)
+    return Patched(
+        means[:, 0],
+        means[:, 1 : 1 + dof],
+        count,
+        np.sqrt(np.sum(between**2, axis=2)),
+        scatter,
+        float(min(count_scatter, len(count))),
+        float(np.sqrt(max(within**2 - scatter**2, 0.0))) if count_within else 0.0,
+    )
 
 
 def _scatter(number: np.ndarray, residual: Array) -> tuple[float, int]:
@@ -117,58 +57,6 @@ def _means(number: np.ndarray, columns: Array) -> tuple[Array, Array, np.ndarray
     found = count > 0.0
     sums = np.stack([np.bincount(number, column) for column in columns.T], axis=1)
     return count[found], sums[found] / count[found, None], (np.cumsum(found) - 1)[number]
-
-
-@dataclass(frozen=True, eq=False)
-class Explanations:
-    """Ways to explain residuals: a size and range of either field each.
-
-    Attributes
-    ----------
-    log_evidence : (T,) of the residuals under each
-    white : (T,) standard deviation of the white noise of a point
-    rough, rough_range : (T,) of the rough field, as it shows beside what steps of the parameters take of it;
-        the range over the extent
-    smooth, smooth_range : (T,) the same of the smooth one
-    rough_size, smooth_size : (T,) standard deviations of the fields themselves, over the white noise
-    apart : logarithm of the evidence if the means of patches have a white noise of their own, -inf where no
-        patch has two points
-    apart_white : standard deviation of a point that this noise amounts to
-    hidden : deviation within patches, which the fields do not see
-    spread : (dof,) standard deviations of the parameters under the likeliest
-    unexplained : logarithm of how much likelier the residuals would be if they were white noise as points
-        have it within patches, None where no patch has two points
-    """
-
-    log_evidence: Array
-    white: Array
-    rough: Array
-    rough_range: Array
-    smooth: Array
-    smooth_range: Array
-    rough_size: Array
-    smooth_size: Array
-    apart: float
-    apart_white: float
-    hidden: float
-    spread: Array
-    unexplained: float | None
-
-    @property
-    def likeliest(self) -> int:
-        return int(np.argmax(self.log_evidence))
-
-    def among(self, chosen: np.ndarray) -> float:
-        """Evidence of the chosen (T,) ones together, each as likely beforehand; none has none."""
-        return log_mean(self.log_evidence[chosen])
-
-
-def log_mean(logarithms: Array) -> float:
-    """Logarithm of the mean of what these are logarithms of."""
-    if not len(logarithms):
-        return -np.inf
-    highest = logarithms.max()
-    return float(highest + np.log(np.mean(np.exp(logarithms - highest))))
 
 
 def explanations(patched: Patched, extent: float, least: float) -> Explanations:
@@ -227,7 +115,6 @@ class _Fields:
         return np.where(self.size > 0.0, np.array(ROUGH_RANGES + SMOOTH_RANGES)[self.bell], 0.0)
 
 
-@cache
 def _grid() -> tuple[_Fields, NDArray[np.intp], _Fields]:
     """Fields by themselves, none of them first; the numbers (72, 2) of those that are paired; the pairs."""
     rough = [((size, 0.0), (bell, 0)) for bell in range(len(ROUGH_RANGES)) for size in ROUGH]
@@ -275,7 +162,7 @@ def _weighed(
     """How well pairs of fields explain the residuals, and what they make of them."""
     n, dof = whitened.shape
     columns = np.column_stack([patched.mean, whitened])
-    halves, solved, root = _noise.solve_fields(1.0 / patched.count, bells, fields.bell, fields.size, columns)
+    halves, solved, root = _solved(1.0 / patched.count, bells, fields.bell, fields.size, columns)
     target, across = halves[:, :, :1], halves[:, :, 1:]
     normal = across.transpose(0, 2, 1) @ across
     damping = np.where(np.isinf(root), 1.0, EPS * np.trace(normal, axis1=1, axis2=2))
@@ -301,6 +188,25 @@ def _weighed(
         smooth_size,
         shape,
     )
+
+
+def _solved(
+    white: Array, bells: Array, which: NDArray[np.int64], sizes: Array, columns: Array
+) -> tuple[Array, Array, Array]:
+    """L^-1 columns  and  C^-1 columns, (T, P, K),  of the covariances C = L L^T, and log det L (T,)."""
+    halves, solved = np.zeros((2, len(which), *columns.shape))
+    root = np.zeros(len(which))
+    for t, (bell, size) in enumerate(zip(which, sizes, strict=True)):
+        covariance = np.diag(white) + np.einsum("f,fij->ij", size**2, bells[bell])
+        try:
+            lower = np.linalg.cholesky(covariance)
+        except np.linalg.LinAlgError:
+            root[t] = np.inf
+            continue
+        halves[t] = solve_triangular(lower, columns, lower=True)
+        solved[t] = solve_triangular(lower.T, halves[t])
+        root[t] = np.log(lower.diagonal()).sum()
+    return halves, solved, root
 
 
 def _seen(fields: _Fields, part: int, bells: Array, weights: Array, whitened: Array) -> Array:

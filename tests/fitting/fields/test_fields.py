@@ -1,20 +1,21 @@
 """White noise and random fields on a surface: which explanation is likely, and how large its parts are."""
 
+import dataclasses
+
 import numpy as np
 import pytest
-from scipy.linalg import solve_triangular
 
 from primfit.fitting.cloud.patches import Halved, strips_of
+from primfit.fitting.fields import fields
+from primfit.fitting.fields.fields import Explanations, Patched, explanations, log_mean
 from primfit.fitting.geometry.vectors import Array
-from primfit.fitting.noise import fields
-from primfit.fitting.noise._noise import solve_fields
-from primfit.fitting.noise.fields import Explanations, Patched, explanations, log_mean
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.recognize import recognize
 from primfit.fitting.solver.refine import linearize, refine
 from primfit.fitting.verdict import judge
+from tests.fitting.fields import reference_fields as reference
 from tests.fitting.pieces import bar, kinds, pipe, sheet
 
 Patch = pytest.MonkeyPatch
@@ -139,24 +140,74 @@ def test_a_mean_of_likelihoods_does_not_overflow() -> None:
     assert log_mean(np.array([])) == -np.inf
 
 
-def test_systems_of_fields_are_those_of_their_covariance() -> None:
-    """Built and solved by NumPy and SciPy; a size of 0 leaves a field out."""
-    draws, patches = np.random.default_rng(7), 24
-    places = draws.uniform(size=(patches, 2))
-    apart = np.linalg.norm(places[:, None] - places, axis=2)
-    bells = np.array([np.exp(-apart / 0.3), np.exp(-0.5 * (apart / 0.2) ** 2)])
-    white, columns = draws.uniform(0.5, 2.0, patches), draws.normal(size=(patches, 3))
-    which, sizes = np.array([[0, 1], [0, 1], [0, 1]]), np.array([[0.0, 0.0], [2.0, 0.0], [0.5, 3.0]])
-    halved, solved, root = solve_fields(white, bells, which, sizes, columns)
-    for t, (rough, smooth) in enumerate(sizes):
-        covariance = np.diag(white) + rough**2 * bells[0] + smooth**2 * bells[1]
-        lower = np.linalg.cholesky(covariance)
-        np.testing.assert_allclose(halved[t], solve_triangular(lower, columns, lower=True), rtol=1e-9)
-        np.testing.assert_allclose(solved[t], np.linalg.solve(covariance, columns), rtol=1e-9, atol=1e-12)
-        assert root[t] == pytest.approx(0.5 * np.linalg.slogdet(covariance)[1])
+def some_patches(seed: int, kind: str, n: int = 700, turn: float = 0.0) -> tuple[np.ndarray, ...]:
+    """Points with the numbers of their patches and grains, residuals, derivatives and places."""
+    draws = np.random.default_rng(seed)
+    feet = draws.uniform(-0.5, 0.5, (n, 3)) * [1.0, 0.6, 0.05]
+    wave = {"white": 0.0, "bowed": 0.02, "wrong": 0.3}[kind] * np.cos(5.0 * feet[:, 0])
+    residual = wave + 0.01 * draws.normal(size=n)
+    jacobian = np.column_stack([np.ones(n), feet[:, :2], feet[:, 0] ** 2, 1e-4 * feet[:, 0] * feet[:, 1]])
+    place = feet if not turn else np.arctan2(feet[:, 1], feet[:, 0])[:, None]
+    return strips_of(place[:, 0]), strips_of(feet[:, 1], max(64, n // 8)), residual, jacobian, place
 
 
-def test_a_covariance_that_is_none_has_no_likelihood() -> None:
-    bell = np.array([[[1.0, 2.0], [2.0, 1.0]]])
-    root = solve_fields(np.full(2, 1e-3), bell, np.array([[0]]), np.array([[1.0]]), np.ones((2, 1)))[2]
-    assert np.isinf(root).all()
+def close(found: Explanations, expected: Explanations) -> None:
+    for field in dataclasses.fields(Explanations):
+        ours, theirs = (getattr(each, field.name) for each in (found, expected))
+        if theirs is None:
+            assert ours is None
+            continue
+        scale = np.abs(np.where(np.isfinite(theirs), theirs, 0.0)).max(initial=0.0)
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9 * scale, err_msg=field.name)
+
+
+@pytest.mark.parametrize("kind", ["white", "bowed", "wrong"])
+@pytest.mark.parametrize(
+    ("seed", "n", "turn"), [(1, 700, 0.0), (2, 53, 0.0), (3, 90, 0.0), (4, 700, 2.0 * np.pi)]
+)
+def test_fields_are_those_of_numpy(kind: str, seed: int, n: int, turn: float) -> None:
+    """Patches of single points, of unequal numbers, and on a circle, on which bells are no covariance."""
+    given = some_patches(seed, kind, n, turn)
+    few = np.arange(n) % 5 > 0
+    for points in (given, tuple(each[few] for each in given)):
+        found, expected = Patched.of(*points, turn), reference.patched(*points, turn)
+        for field in dataclasses.fields(Patched):
+            np.testing.assert_allclose(
+                getattr(found, field.name), getattr(expected, field.name), rtol=1e-11, atol=1e-13
+            )
+        close(explanations(found, 1.2, 1e-12), reference.explanations(expected, 1.2, 1e-12))
+
+
+def test_numbers_without_points_are_no_patches() -> None:
+    patch, grain, *rest = some_patches(5, "bowed")
+    found, expected = Patched.of(3 * patch + 1, grain, *rest), Patched.of(patch, grain, *rest)
+    for field in dataclasses.fields(Patched):
+        np.testing.assert_array_equal(getattr(found, field.name), getattr(expected, field.name))
+
+
+@pytest.mark.parametrize("seen", [0, 2, 5])
+def test_parameters_may_be_none_and_may_move_nothing(seen: int) -> None:
+    """Where limits hold all of them; and one that does not move the surface costs and explains nothing."""
+    patch, grain, residual, jacobian, place = some_patches(6, "bowed")
+    points = (patch, grain, residual, jacobian[:, :seen], place)
+    found = explanations(Patched.of(*points), 1.2, 1e-12)
+    close(found, reference.explanations(reference.patched(*points), 1.2, 1e-12))
+    idle = np.column_stack([jacobian[:, :seen], np.zeros(len(residual))])
+    more = explanations(Patched.of(patch, grain, residual, idle, place), 1.2, 1e-12)
+    np.testing.assert_allclose(more.smooth, found.smooth, rtol=1e-9, atol=1e-12)
+
+
+def test_points_that_lie_on_the_surface_have_the_smallest_noise() -> None:
+    patch, grain, residual, jacobian, place = some_patches(7, "white")
+    points = (patch, grain, np.zeros_like(residual), jacobian, place)
+    found = explanations(Patched.of(*points), 1.2, 1e-3)
+    expected = reference.explanations(reference.patched(*points), 1.2, 1e-3)
+    np.testing.assert_array_equal(found.white, 1e-3)
+    np.testing.assert_allclose(found.log_evidence, expected.log_evidence, rtol=1e-9)
+    assert found.unexplained is None and found.apart == -np.inf
+
+
+def test_more_parameters_than_patches_are_no_problem_of_noise() -> None:
+    patched = Patched.of(*some_patches(8, "white", n=5))
+    with pytest.raises(ValueError, match="5 patches do not tell 5 parameters from noise"):
+        explanations(patched, 1.2, 1e-12)

@@ -1,0 +1,5 @@
+from ..geometry.vectors import Array
+
+def figures(
+    distance: Array, judged: Array, reach: float, share: float
+) -> tuple[float, float, float, float, float, float, float]: ...
