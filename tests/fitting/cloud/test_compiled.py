@@ -139,7 +139,7 @@ def is_clear(points: np.ndarray, at: np.ndarray, k: int) -> np.ndarray:
 
 
 def test_scatter_far_below_the_spread_is_told() -> None:
-    """Where eigenvalues by LAPACK are only as good as the rounding of the largest, here that of the smallest."""
+    """Where eigenvalues by LAPACK are as good as the rounding of the largest, here the smallest."""
     points = np.random.default_rng(4).normal(size=(16, 3)) * [1.0, 1.0, 1e-8]
     scatter = local_planes(points, Halved.of(points), points[:1], 16)[1]
     sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
