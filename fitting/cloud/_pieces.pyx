@@ -208,26 +208,30 @@ cdef void enclose(Tree *tree, Py_ssize_t piece, Py_ssize_t first, Py_ssize_t n, 
 
 cdef inline double to_box(const double *box, const double *point) noexcept nogil:
     """Squared distance of a point from a box."""
-    cdef double total = 0.0, off
-    cdef int axis
-    for axis in range(3):
-        off = max(max(box[axis] - point[axis], point[axis] - box[3 + axis]), 0.0)
-        total += off * off
-    return total
+    cdef double x = max(max(box[0] - point[0], point[0] - box[3]), 0.0)
+    cdef double y = max(max(box[1] - point[1], point[1] - box[4]), 0.0)
+    cdef double z = max(max(box[2] - point[2], point[2] - box[5]), 0.0)
+    return x * x + y * y + z * z
 
 
 cdef void admit(
     const Tree *tree, Py_ssize_t first, Py_ssize_t n, const double *point, double most, Near *near
 ) noexcept nogil:
     """Add those of n points of a piece that are not farther than this squared distance."""
-    cdef Py_ssize_t i, count = near.count
-    cdef double x, y, z, squared
-    for i in range(first, first + n):
-        x, y, z = tree.x[i] - point[0], tree.y[i] - point[1], tree.z[i] - point[2]
-        squared = x * x + y * y + z * z
-        near.squared[count], near.which[count] = squared, i
+    cdef Py_ssize_t i, count = 0
+    cdef const double *x = tree.x + first
+    cdef const double *y = tree.y + first
+    cdef const double *z = tree.z + first
+    cdef double px = point[0], py = point[1], pz = point[2], squared
+    cdef double *found = near.squared + near.count
+    cdef Py_ssize_t *which = near.which + near.count
+    for i in range(n):
+        found[i] = (x[i] - px) * (x[i] - px) + (y[i] - py) * (y[i] - py) + (z[i] - pz) * (z[i] - pz)
+    for i in range(n):
+        squared = found[i]
+        found[count], which[count] = squared, first + i
         count += squared <= most
-    near.count = count
+    near.count += count
 
 
 cdef void search(
@@ -250,7 +254,7 @@ cdef double reach(const Tree *tree, Py_ssize_t k, const double *point, Near *nea
     cdef double most = 0.0
     cdef int level
     for level in range(tree.times):
-        if n // 2 < k:
+        if n // 2 < 2 * k:
             break
         piece = 2 * piece
         if to_box(tree.boxes + 6 * piece, point) > to_box(tree.boxes + 6 * piece + 6, point):
@@ -266,29 +270,27 @@ cdef double reach(const Tree *tree, Py_ssize_t k, const double *point, Near *nea
 
 cdef void nearest(const Tree *tree, Py_ssize_t k, const double *point, Near *near, double *room) noexcept nogil:
     """Leave the k points nearest to a point; of those at one distance the earlier places are nearer."""
-    cdef Py_ssize_t i, within = 0, chosen, last
-    cdef double squared, most = reach(tree, k, point, near, room)
+    cdef Py_ssize_t *kept = <Py_ssize_t *> room
+    cdef Py_ssize_t i, count, next_place, last_place = -1, within = 0
+    cdef double most = reach(tree, k, point, near, room)
     near.count = 0
     search(tree, 1, 0, tree.n, tree.times, point, most, near)
-    if near.count == k:
+    count, near.count = near.count, k
+    if count == k:
         return
-    most = parting(near.squared, near.count, k, 0.0, most, room)
-    for i in range(near.count):  # those at that distance go behind the nearer ones
-        squared, chosen = near.squared[i], near.which[i]
-        if squared < most:
-            near.which[within], near.which[i] = chosen, near.which[within]
-            near.squared[i] = near.squared[within]
-            within += 1
-    last = near.count
-    near.count = k
-    while within < k:
-        chosen = -1
-        for i in range(within, last):
-            if near.squared[i] == most and (chosen < 0 or tree.place[near.which[i]] < tree.place[near.which[chosen]]):
-                chosen = i
-        near.which[within], near.which[chosen] = near.which[chosen], near.which[within]
-        near.squared[chosen] = near.squared[within]
+    most = parting(near.squared, count, k, 0.0, most, room)
+    for i in range(count):
+        kept[within] = near.which[i]
+        within += near.squared[i] < most
+    while within < k:  # of those at that distance
+        next_place = tree.n
+        for i in range(count):
+            if near.squared[i] == most and last_place < tree.place[near.which[i]] < next_place:
+                next_place, kept[within] = tree.place[near.which[i]], near.which[i]
+        last_place = next_place
         within += 1
+    for i in range(k):
+        near.which[i] = kept[i]
 
 
 cdef void scatter_of(const Tree *tree, const Near *near, double *entries, Py_ssize_t stride) noexcept nogil:

@@ -138,6 +138,20 @@ def is_clear(points: np.ndarray, at: np.ndarray, k: int) -> np.ndarray:
     return apart & (values[:, 1] - values[:, 2] > 1e-3 * values[:, 0])
 
 
+def test_scatter_far_below_the_spread_is_told() -> None:
+    """Where eigenvalues by LAPACK are as good as the rounding of the largest, here the smallest."""
+    points = np.random.default_rng(4).normal(size=(16, 3)) * [1.0, 1.0, 1e-8]
+    scatter = local_planes(points, Halved.of(points), points[:1], 16)[1]
+    sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    assert scatter[0] == pytest.approx(sizes[2] / np.sqrt(13.0), rel=1e-6)
+
+
+def test_a_point_on_many_is_among_as_many_neighbours_as_asked_for() -> None:
+    points = np.vstack([np.zeros((500, 3)), np.eye(3), -np.eye(3)])
+    normals, scatter = local_planes(points, Halved.of(points), points[[0, 503]], 16)
+    assert scatter[0] == 0.0 and np.isfinite(normals).all()
+
+
 def test_of_neighbours_that_are_as_far_the_earlier_count() -> None:
     flat = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     for last in (np.arange(4), np.array([0, 3, 2, 1])):
