@@ -73,6 +73,7 @@ cdef extern from "extents/flat.h" nogil:
     bint near_edges(const double *p, Py_ssize_t n, Near *near)
     bint room_of_cover(Cover *cover, const Mesh *mesh)
     void cover_most(Cover *cover, const double *spacing, double reach, double smallest, Py_ssize_t most)
+    double depth_in(const double *edges, Py_ssize_t n, double x, double y)
     bint fills(const Cover *cover, const double *ring, Py_ssize_t corners, double depth)
 
 cdef double NEAR_AXIS = 0.25
@@ -674,3 +675,22 @@ def plane(
         return copied(ring, count), area, coverage, sides, np.array(even.along), pieces
     finally:
         free(room)
+
+
+def depths(const double[:, ::1] places, const double[:, ::1] edges):
+    """How deep places (N, 2) are inside rings, negative outside, by the two ends (E, 4) of each edge of all rings."""
+    cdef Py_ssize_t i, n = edges.shape[0]
+    cdef double x, y
+    cdef double *room = room_for(5 * n)
+    cdef double[::1] view
+    found = np.empty(places.shape[0])
+    view = found
+    with nogil:
+        for i in range(n):
+            x, y = edges[i, 2] - edges[i, 0], edges[i, 3] - edges[i, 1]
+            room[i], room[n + i], room[2 * n + i], room[3 * n + i] = edges[i, 0], edges[i, 1], x, y
+            room[4 * n + i] = 1.0 / (x * x + y * y + TINY)
+        for i in range(places.shape[0]):
+            view[i] = depth_in(room, n, places[i, 0], places[i, 1])
+    free(room)
+    return found

@@ -551,3 +551,24 @@ static int fills(const Cover *cover, const double *ring, ptrdiff_t corners, doub
     }
     return 1;
 }
+
+/* How deep a place is inside the rings whose n edges are given as rows of x, y, length along x, along y and the inverse of
+   the length squared; negative outside. */
+VECTOR_UNITS static double depth_in(const double *edges, ptrdiff_t n, double x, double y)
+{
+    const double *restrict ax = edges, *restrict ay = edges + n, *restrict dx = edges + 2 * n, *restrict dy = edges + 3 * n;
+    const double *restrict inverse = edges + 4 * n;
+    double nearest = INFINITY, crossed = 0.0;  /* by a ray to the right */
+#pragma omp simd reduction(min : nearest) reduction(+ : crossed)
+    for (ptrdiff_t i = 0; i < n; i++) {
+        const double to_x = x - ax[i], to_y = y - ay[i];
+        double share = (to_x * dx[i] + to_y * dy[i]) * inverse[i];
+        share = share > 0.0 ? share : 0.0;
+        share = share < 1.0 ? share : 1.0;
+        const double off_x = to_x - share * dx[i], off_y = to_y - share * dy[i], off = off_x * off_x + off_y * off_y;
+        nearest = off < nearest ? off : nearest;
+        const double start = to_y < 0.0 ? -1.0 : 1.0, end = to_y < dy[i] ? -1.0 : 1.0;
+        crossed += (end - start) * (to_x * dy[i] - to_y * dx[i]) > 0.0 ? 1.0 : 0.0;
+    }
+    return fmod(crossed, 2.0) == 1.0 ? sqrt(nearest) : -sqrt(nearest);
+}

@@ -3,8 +3,8 @@
 The triangles of the points' Delaunay triangulation are kept whose longest edge is not over what chance makes
 of the local spacing; what they cover is the outline (Edelsbrunner, Kirkpatrick, Seidel, "On the shape of a
 set of points in the plane", IEEE Trans. Inf. Theory 29(4), 1983, with a length that follows the density).
-Points in the midst of others need no triangles, so only those near the edges are triangulated. That is compiled
-(`flat.h`); here its corners are thinned out, and it is moved to where the edge is on the average.
+Points in the midst of others need no triangles, so only those near the edges are triangulated. That is
+compiled (`flat.h`); here corners are thinned out, and it is moved to where the edge is on the average.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..geometry.vectors import Array
+from . import _extents
 
 Rings = tuple[Array, ...]
 """A piece: its outer ring (K, 2), counter-clockwise, and its holes, clockwise; no corner is repeated."""
@@ -103,14 +104,19 @@ def _outward(shape: Any, edge: Edge) -> float:
 
     corners = shapely.get_num_coordinates(shape)
     spacing = edge.spacing
-    short = INWARD * spacing * float(np.clip(shape.length / (corners * spacing) - 1.0, 0.0, 1.0))
+    short = INWARD * spacing * min(max(shape.length / (corners * spacing) - 1.0, 0.0), 1.0)
     over = int(BLURRED * edge.blur * shape.length / spacing**2)
     if over < corners:  # which are that many points on the outline
         return short * (1.0 - over / corners)
-    inside = shapely.contains_xy(shape, edge.points[:, 0], edge.points[:, 1])
-    depths = np.where(inside, 1.0, -1.0) * shapely.distance(shapely.points(edge.points), shape.boundary)
+    depths = _extents.depths(edge.points, _edges(shape))
     over = min(over, len(depths) - 1)
     return -max(float(np.partition(depths, over)[over]), 0.0)
+
+
+def _edges(shape: Any) -> Array:
+    """Both ends (E, 4) of all edges."""
+    rings = [np.array(ring.coords) for part in shape.geoms for ring in (part.exterior, *part.interiors)]
+    return np.concatenate([np.hstack([ring[:-1], ring[1:]]) for ring in rings])
 
 
 def _pieces(shape: Any) -> tuple[Rings, ...]:

@@ -140,7 +140,7 @@ static double end_of(const Ordered *o, double blur, int upper)
         for (ptrdiff_t k = 0; k <= n / MOST_STRAY; k++) {
             const double outer = from_end(o, k, upper), next = from_end(o, k + NEXT, upper);
             const double usual = (from_end(o, k + NEXT + inner, upper) - next) / inner;
-            if (!((next - outer) / NEXT > STRAY * usual && next - outer > same)) {
+            if (!(next - outer > NEXT * STRAY * usual + same)) {
                 start = k;
                 break;
             }
