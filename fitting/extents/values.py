@@ -61,7 +61,7 @@ class Extents:
 
     def restored(self, frame: Frame) -> Self:
         """The same in the units of the input."""
-        units = _units(type(self))
+        units: dict[str, Callable[..., Any]] = _units(type(self))  # type: ignore[arg-type]
         return replace(self, **{name: to(getattr(self, name), frame) for name, to in units.items()})
 
     @property

@@ -235,6 +235,8 @@ def cone(primitive: Any, feet: Array, blur: float) -> dict[str, Any]:
 
 
 def torus(primitive: Any, feet: Array, blur: float) -> dict[str, Any]:
+    major, minor = primitive.major_radius, primitive.minor_radius
+    seen = Around.of(feet, primitive.center, primitive.axis)
     seen = Around.of(feet, primitive.center, primitive.axis)
     steady = seen.steady
     start, span, full = turn(seen.angle[steady], blur / max(float(np.median(seen.rho[steady])), TINY))

@@ -1,5 +1,6 @@
-"""What is compiled of the extents of planes, in NumPy, with Qhull's triangles: the same answers, tens of calls each."""
+"""What is compiled of the extents of planes, in NumPy and with Qhull's triangles: the same answers."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -103,7 +104,7 @@ class _Near:
 
 
 def plane(primitive: Plane, feet: Array, blur: float) -> dict[str, Any]:
-    """Outline, area, coverage, sizes and centre; and the pieces, before corners are left out, in the plane's frame."""
+    """Some of the extents; and the pieces, before corners are left out, in the basis of the normal."""
     frame = np.array(basis(primitive.normal))
     flat = (feet - primitive.point) @ frame.T
     kept, corners = _outlined(flat)
@@ -205,15 +206,15 @@ def _bounded(edges: Array) -> list[Any]:
 
 def _large(parts: Iterable[Any], smallest: float) -> Any:
     """The polygons as one shape, without pieces and holes whose rings are around less than an area."""
-    pieces = [piece for piece in parts if _area(piece.exterior) >= smallest]
+    pieces = [piece for piece in parts if _area_of(piece.exterior) >= smallest]
     filled = [
-        shapely.Polygon(piece.exterior, [ring for ring in piece.interiors if _area(ring) >= smallest])
+        shapely.Polygon(piece.exterior, [ring for ring in piece.interiors if _area_of(ring) >= smallest])
         for piece in pieces
     ]
     return shapely.MultiPolygon(filled)
 
 
-def _area(ring: Any) -> float:
+def _area_of(ring: Any) -> float:
     return float(shapely.Polygon(ring).area)
 
 
