@@ -1,9 +1,9 @@
 """Where a recognised primitive begins and ends: one file a kind, of its name."""
 
+import math
 from importlib import import_module
 
 import numpy as np
-from scipy.spatial import QhullError
 
 from ..geometry.vectors import Array
 from ..names import KINDS
@@ -29,9 +29,6 @@ def extents_of(primitive: Primitive, points: Array, noise: float) -> Extents | N
     """
     if len(points) < 3:
         return None
-    feet = points - primitive.signed_distance(points)[:, None] * primitive.gradient(points)
-    try:
-        found = EXTENTS[primitive.kind].of(primitive, feet, noise)
-    except QhullError:
-        return None
-    return found if np.isfinite(found.area) and found.area > 0.0 else None
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    found = EXTENTS[primitive.kind].of(primitive, points, float(noise))
+    return found if found is not None and math.isfinite(found.area) and found.area > 0.0 else None

@@ -5,12 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-import numpy as np
-
-from ..geometry.vectors import TINY, Array
+from ..geometry.vectors import Array, basis, vector
 from ..primitives.cone import Cone
-from .around import Around
-from .spread import CHANCE, coverage, ends, turn
+from . import _extents
 from .values import Extents, Length, Place, arc_in_words
 
 
@@ -50,30 +47,22 @@ class ConeExtents(Extents):
     full_turn: bool
 
     @classmethod
-    def of(cls, primitive: Cone, feet: Array, blur: float) -> Self:
-        seen = Around.of(feet, primitive.apex, primitive.axis)
-        height = np.maximum(seen.height, 0.0)
-        # Squares of heights are areas: along them points are evenly dense.
-        steepness = 2.0 * blur * np.cos(primitive.half_angle)
-        low2, high2 = ends(height**2, (steepness * height.min(), steepness * height.max()))
-        inside = low2 * len(feet) <= CHANCE * (high2 - low2)
-        low, high = 0.0 if inside else float(np.sqrt(low2)), float(np.sqrt(high2))
-        steady = seen.steady
-        start, span, full = turn(seen.angle[steady], blur / max(float(np.median(seen.rho[steady])), TINY))
-        tangent = float(np.tan(primitive.half_angle))
-        arc, slant = span * tangent * (low + high) / 2.0, (high - low) / np.cos(primitive.half_angle)
-        along = (height**2 - low**2) / max(high**2 - low**2, TINY)
+    def of(cls, primitive: Cone, points: Array, blur: float) -> Self:
+        low, high, start, span, full, coverage = _extents.cone(
+            points, primitive.apex, primitive.axis, primitive.half_angle, blur
+        )
+        tangent, cosine = math.tan(primitive.half_angle), math.cos(primitive.half_angle)
         return cls(
-            area=float(arc * slant),
-            coverage=coverage(along, seen.share(start, span), slant / max(arc, TINY)),
+            area=span * tangent * (low + high) / 2.0 * (high - low) / cosine,
+            coverage=coverage,
             start_height=low,
             end_height=high,
             start_radius=low * tangent,
             end_radius=high * tangent,
             start=primitive.apex + low * primitive.axis,
             end=primitive.apex + high * primitive.axis,
-            apex_inside=bool(inside),
-            reference_direction=seen.reference,
+            apex_inside=low == 0.0,
+            reference_direction=vector(basis(primitive.axis)[0]),
             start_angle=start,
             span=span,
             full_turn=full,

@@ -5,10 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from ..geometry.vectors import TINY, Array
+from ..geometry.vectors import Array, basis, vector
 from ..primitives.cylinder import Cylinder
-from .around import Around
-from .spread import coverage, ends, turn
+from . import _extents
 from .values import Extents, Length, Place, arc_in_words
 
 
@@ -39,19 +38,17 @@ class CylinderExtents(Extents):
     full_turn: bool
 
     @classmethod
-    def of(cls, primitive: Cylinder, feet: Array, blur: float) -> Self:
-        seen = Around.of(feet, primitive.point, primitive.axis)
-        low, high = ends(seen.height, (blur, blur))
-        start, span, full = turn(seen.angle, blur / primitive.radius)
-        tall, arc = high - low, span * primitive.radius
-        along = (seen.height - low) / max(tall, TINY)
+    def of(cls, primitive: Cylinder, points: Array, blur: float) -> Self:
+        low, high, start, span, full, coverage = _extents.cylinder(
+            points, primitive.point, primitive.axis, primitive.radius, blur
+        )
         return cls(
-            area=arc * tall,
-            coverage=coverage(along, seen.share(start, span), tall / max(arc, TINY)),
+            area=span * primitive.radius * (high - low),
+            coverage=coverage,
             start=primitive.point + low * primitive.axis,
             end=primitive.point + high * primitive.axis,
-            length=tall,
-            reference_direction=seen.reference,
+            length=high - low,
+            reference_direction=vector(basis(primitive.axis)[0]),
             start_angle=start,
             span=span,
             full_turn=full,

@@ -5,12 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-import numpy as np
-
-from ..geometry.vectors import TINY, Array
+from ..geometry.vectors import Array, basis, vector
 from ..primitives.torus import Torus
-from .around import Around
-from .spread import coverage, ends, turn
+from . import _extents
 from .values import Extents, arc_in_words
 
 
@@ -42,33 +39,18 @@ class TorusExtents(Extents):
     tube_full_turn: bool
 
     @classmethod
-    def of(cls, primitive: Torus, feet: Array, blur: float) -> Self:
-        major, minor = primitive.major_radius, primitive.minor_radius
-        seen = Around.of(feet, primitive.center, primitive.axis)
-        steady = seen.steady
-        start, span, full = turn(seen.angle[steady], blur / max(float(np.median(seen.rho[steady])), TINY))
-        tube = np.arctan2(seen.height, seen.rho - major)
-        tube_blur = blur / max(minor, TINY)
-        if major > minor:
-            low, tube_span, tube_full = turn(tube, tube_blur, (major - minor) / major)
-        else:
-            low, high = ends(tube, (tube_blur, tube_blur))
-            tube_span, tube_full = high - low, False
-        # The area up to an angle, over minor_radius and span.
-        middle = low + tube_span / 2.0
-        unwrapped = middle + np.mod(tube - middle + np.pi, 2.0 * np.pi) - np.pi
-        grown = major * (unwrapped - low) + minor * (np.sin(unwrapped) - np.sin(low))
-        whole = float(major * tube_span + minor * (np.sin(low + tube_span) - np.sin(low)))
-        area = minor * span * whole
-        length = minor * tube_span
+    def of(cls, primitive: Torus, points: Array, blur: float) -> Self:
+        start, span, full, tube_start, tube_span, tube_full, area, coverage = _extents.torus(
+            points, primitive.center, primitive.axis, primitive.major_radius, primitive.minor_radius, blur
+        )
         return cls(
             area=area,
-            coverage=coverage(grown / max(whole, TINY), seen.share(start, span), length**2 / max(area, TINY)),
-            reference_direction=seen.reference,
+            coverage=coverage,
+            reference_direction=vector(basis(primitive.axis)[0]),
             start_angle=start,
             span=span,
             full_turn=full,
-            tube_start_angle=float(np.mod(low, 2.0 * np.pi)),
+            tube_start_angle=tube_start,
             tube_span=tube_span,
             tube_full_turn=tube_full,
         )

@@ -1,8 +1,9 @@
 """What extents are made of: lengths, areas, points and directions that go from the frame to input units."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Annotated, Any, ClassVar, Self, get_type_hints
 
 from ..cloud.frame import Frame
@@ -37,7 +38,7 @@ Places = Annotated[tuple[tuple[Array, ...], ...], _places]
 
 @dataclass(frozen=True, eq=False)
 class Extents:
-    """What the extents of all kinds have in common; `fitting.extents.spread.coverage` counts the coverage.
+    """What the extents of all kinds have in common; `fitting/extents/spread.h` counts the coverage.
 
     Attributes
     ----------
@@ -51,14 +52,16 @@ class Extents:
     coverage: float
 
     @classmethod
-    def of(cls, primitive: Any, feet: Array, blur: float) -> Self:
-        """Of a primitive of its kind, from feet (N, 3) of points on it and the scale of their noise."""
+    def of(cls, primitive: Any, points: Array, blur: float) -> Self | None:
+        """Of a primitive of its kind, from points (N, 3) near it and the scale of their noise.
+
+        What counts of the points are their feet on the surface. None where these span no surface.
+        """
         raise NotImplementedError
 
     def restored(self, frame: Frame) -> Self:
         """The same in the units of the input."""
-        hints = get_type_hints(type(self), include_extras=True)
-        units = {name: hint.__metadata__[0] for name, hint in hints.items() if hasattr(hint, "__metadata__")}
+        units: dict[str, Callable[..., Any]] = _units(type(self))  # type: ignore[arg-type]
         return replace(self, **{name: to(getattr(self, name), frame) for name, to in units.items()})
 
     @property
@@ -74,6 +77,13 @@ class Extents:
     def values(self) -> dict[str, Any]:
         """Plain values for the answer, `kind` first."""
         return {"kind": self.kind} | {field.name: plain(getattr(self, field.name)) for field in fields(self)}
+
+
+@cache
+def _units(kind: type[Extents]) -> dict[str, Callable[..., Any]]:
+    """How the values of a kind that have a unit go from the frame to input units, by their names."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {name: hint.__metadata__[0] for name, hint in hints.items() if hasattr(hint, "__metadata__")}
 
 
 def arc_in_words(of: Mapping[str, Any], prefix: str = "") -> str:

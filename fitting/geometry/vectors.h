@@ -27,6 +27,8 @@
 
 static inline double lesser(double a, double b) { return b < a ? b : a; }
 static inline double greater(double a, double b) { return b > a ? b : a; }
+static inline ptrdiff_t fewer(ptrdiff_t a, ptrdiff_t b) { return b < a ? b : a; }
+static inline ptrdiff_t more(ptrdiff_t a, ptrdiff_t b) { return b > a ? b : a; }
 
 static inline double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
