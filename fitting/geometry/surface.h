@@ -17,8 +17,12 @@
 
 #include "geometry/vectors.h"
 
-/* Components of a step, at most. */
+/* Components of a step, at most, and numbers of an answer. */
 #define MOST 9
+#define MOST_NUMBERS 12
+
+/* Components of a direction below this magnitude do not decide its sign. */
+#define SIGN_TOLERANCE 1e-9
 
 typedef struct {
     int kind;
@@ -47,6 +51,11 @@ typedef struct {
     void (*settle)(Surface *);
     /* Average over components of a step that a turn of the frame mixes. */
     void (*level)(double *values);
+    /* The P numbers of an answer, in its canonical sign, whose free point is the one closest to a centre (3); unless
+       that pointer is null their derivatives (P, dof) by a step, at the sign of the surface. Returns P. */
+    int (*numbers)(const Surface *, const double *center, double *values, double *slopes);
+    /* The gradient (3) of the distance at a point from its derivatives by a step there, which are n apart. */
+    void (*outward)(const Surface *, const double *j, ptrdiff_t n, double *gradient);
 } Kind;
 
 /* Both loops of a kind from one that is told whether derivatives are wanted. */
@@ -55,6 +64,36 @@ typedef struct {
     VECTOR_UNITS static void NAME##_slopes(const Surface *s, Points p, double *d, double *j) { NAME##_loop(s, p, d, j, 1); }
 
 static void stays(Surface *s) { (void)s; }
+
+/* A direction or its opposite: the one whose first component above SIGN_TOLERANCE is positive. */
+static inline void canonical_direction(const double *direction, double *found)
+{
+    int first = 0;
+    while (first < 2 && fabs(direction[first]) <= SIGN_TOLERANCE)
+        first++;
+    for (int k = 0; k < 3; k++)
+        found[k] = direction[first] < -SIGN_TOLERANCE ? -direction[k] : direction[k];
+}
+
+/* No derivatives (P, dof), but those of a direction, from this row on, by its tilts in the first two columns. */
+static inline void slopes_of_axis(const Surface *s, int numbers, int dof, int row, double *slopes)
+{
+    double u[3], v[3];
+    basis(s->axis, u, v);
+    for (int k = 0; k < numbers * dof; k++)
+        slopes[k] = 0.0;
+    for (int k = 0; k < 3; k++)
+        slopes[(row + k) * dof] = u[k], slopes[(row + k) * dof + 1] = v[k];
+}
+
+/* The gradient of the distance from its derivatives by shifts along u and v, and its component along the axis. */
+static inline void outward_of(const Surface *s, double by_u, double by_v, double along, double *gradient)
+{
+    double u[3], v[3];
+    basis(s->axis, u, v);
+    for (int k = 0; k < 3; k++)
+        gradient[k] = along * s->axis[k] - by_u * u[k] - by_v * v[k];
+}
 
 /* Let the anchor be the foot of the origin on the axis; how high above it the anchor was. */
 static inline double refoot(Surface *s)

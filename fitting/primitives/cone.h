@@ -70,4 +70,33 @@ static void cone_step(Surface *s, const double *step)
     cone_settle(s);
 }
 
-#define CONE_KIND {"cone", 6, cone_distances, cone_slopes, cone_step, cone_settle, level_axis}
+/* apex = f + s - offset / sin(angle) (a + t). */
+static int cone_numbers(const Surface *s, const double *center, double *values, double *slopes)
+{
+    const double *a = s->axis, sine = sin(s->numbers[0]), apex = -s->numbers[2] / sine;
+    double u[3], v[3];
+    (void)center;
+    for (int k = 0; k < 3; k++)
+        values[k] = s->anchor[k] + apex * a[k], values[3 + k] = a[k];
+    values[6] = s->numbers[0];
+    if (!slopes)
+        return 7;
+    slopes_of_axis(s, 7, 6, 3, slopes);
+    basis(a, u, v);
+    for (int k = 0; k < 3; k++) {
+        double *row = slopes + k * 6;
+        row[0] = apex * u[k], row[1] = apex * v[k], row[2] = u[k], row[3] = v[k];
+        row[4] = -apex * cos(s->numbers[0]) / sine * a[k], row[5] = -a[k] / sine;
+    }
+    slopes[6 * 6 + 4] = 1.0;
+    return 7;
+}
+
+/* The offset moves the surface along its axis by -1 / sin t. */
+static void cone_outward(const Surface *s, const double *j, ptrdiff_t n, double *gradient)
+{
+    outward_of(s, j[2 * n], j[3 * n], j[5 * n] * sin(s->numbers[0]), gradient);
+}
+
+#define CONE_KIND \
+    {"cone", 6, cone_distances, cone_slopes, cone_step, cone_settle, level_axis, cone_numbers, cone_outward}

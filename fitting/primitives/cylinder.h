@@ -32,5 +32,37 @@ static void cylinder_step(Surface *s, const double *step)
 
 static void cylinder_settle(Surface *s) { refoot(s); }
 
+/* a' = a + t,  f' = f + s - (t . f) a,  p = f + ((c - f) . a) a,  where (t . f) a drops out. */
+static int cylinder_numbers(const Surface *s, const double *center, double *values, double *slopes)
+{
+    const double *a = s->axis;
+    double u[3], v[3], relative[3];
+    for (int k = 0; k < 3; k++)
+        relative[k] = center[k] - s->anchor[k];
+    const double along = dot(relative, a);
+    canonical_direction(a, values);
+    for (int k = 0; k < 3; k++)
+        values[3 + k] = s->anchor[k] + along * a[k];
+    values[6] = s->numbers[2];
+    if (!slopes)
+        return 7;
+    slopes_of_axis(s, 7, 5, 0, slopes);
+    basis(a, u, v);
+    for (int k = 0; k < 3; k++) {
+        double *row = slopes + (3 + k) * 5;
+        row[0] = a[k] * dot(relative, u) + along * u[k];
+        row[1] = a[k] * dot(relative, v) + along * v[k];
+        row[2] = u[k], row[3] = v[k];
+    }
+    slopes[6 * 5 + 4] = 1.0;
+    return 7;
+}
+
+static void cylinder_outward(const Surface *s, const double *j, ptrdiff_t n, double *gradient)
+{
+    outward_of(s, j[2 * n], j[3 * n], 0.0, gradient);
+}
+
 #define CYLINDER_KIND \
-    {"cylinder", 5, cylinder_distances, cylinder_slopes, cylinder_step, cylinder_settle, level_axis}
+    {"cylinder", 5, cylinder_distances, cylinder_slopes, cylinder_step, cylinder_settle, level_axis, \
+     cylinder_numbers, cylinder_outward}

@@ -29,4 +29,32 @@ static void plane_step(Surface *s, const double *step)
     tilt(s->axis, u, v, step);
 }
 
-#define PLANE_KIND {"plane", 3, plane_distances, plane_slopes, plane_step, stays, level_pair}
+/* With the height h = p . n:  n' = n + t,  p = c - (c . n - h) n,  for a tilt t and the centre c. */
+static int plane_numbers(const Surface *s, const double *center, double *values, double *slopes)
+{
+    const double *n = s->axis, height = dot(s->anchor, n) - dot(center, n);
+    double u[3], v[3];
+    canonical_direction(n, values);
+    for (int k = 0; k < 3; k++)
+        values[3 + k] = center[k] + height * n[k];
+    if (!slopes)
+        return 6;
+    slopes_of_axis(s, 6, 3, 0, slopes);
+    basis(n, u, v);
+    for (int k = 0; k < 3; k++) {
+        double *row = slopes + (3 + k) * 3;
+        row[0] = height * u[k] - n[k] * dot(center, u);
+        row[1] = height * v[k] - n[k] * dot(center, v);
+        row[2] = n[k];
+    }
+    return 6;
+}
+
+static void plane_outward(const Surface *s, const double *j, ptrdiff_t n, double *gradient)
+{
+    (void)j, (void)n;
+    outward_of(s, 0.0, 0.0, 1.0, gradient);
+}
+
+#define PLANE_KIND \
+    {"plane", 3, plane_distances, plane_slopes, plane_step, stays, level_pair, plane_numbers, plane_outward}

@@ -30,4 +30,24 @@ static void sphere_level(double *values)
     values[0] = values[1] = values[2] = (values[0] + values[1] + values[2]) / 3.0;
 }
 
-#define SPHERE_KIND {"sphere", 4, sphere_distances, sphere_slopes, sphere_step, stays, sphere_level}
+/* They are the components of a step. */
+static int sphere_numbers(const Surface *s, const double *center, double *values, double *slopes)
+{
+    (void)center;
+    for (int k = 0; k < 3; k++)
+        values[k] = s->anchor[k];
+    values[3] = s->numbers[2];
+    for (int k = 0; slopes && k < 16; k++)
+        slopes[k] = k % 5 == 0 ? 1.0 : 0.0;
+    return 4;
+}
+
+static void sphere_outward(const Surface *s, const double *j, ptrdiff_t n, double *gradient)
+{
+    (void)s;
+    for (int k = 0; k < 3; k++)
+        gradient[k] = -j[k * n];
+}
+
+#define SPHERE_KIND \
+    {"sphere", 4, sphere_distances, sphere_slopes, sphere_step, stays, sphere_level, sphere_numbers, sphere_outward}

@@ -33,4 +33,29 @@ static void torus_step(Surface *s, const double *step)
     s->numbers[2] = fabs(s->numbers[2] + step[6]);
 }
 
-#define TORUS_KIND {"torus", 7, torus_distances, torus_slopes, torus_step, stays, level_axis}
+/* Centre and axis move as the step says, and the radii. */
+static int torus_numbers(const Surface *s, const double *center, double *values, double *slopes)
+{
+    double u[3], v[3];
+    (void)center;
+    canonical_direction(s->axis, values + 3);
+    for (int k = 0; k < 3; k++)
+        values[k] = s->anchor[k];
+    values[6] = s->numbers[1], values[7] = s->numbers[2];
+    if (!slopes)
+        return 8;
+    slopes_of_axis(s, 8, 7, 3, slopes);
+    basis(s->axis, u, v);
+    for (int k = 0; k < 3; k++)
+        slopes[k * 7 + 2] = u[k], slopes[k * 7 + 3] = v[k], slopes[k * 7 + 4] = s->axis[k];
+    slopes[6 * 7 + 5] = slopes[7 * 7 + 6] = 1.0;
+    return 8;
+}
+
+static void torus_outward(const Surface *s, const double *j, ptrdiff_t n, double *gradient)
+{
+    outward_of(s, j[2 * n], j[3 * n], -j[4 * n], gradient);
+}
+
+#define TORUS_KIND \
+    {"torus", 7, torus_distances, torus_slopes, torus_step, stays, level_axis, torus_numbers, torus_outward}

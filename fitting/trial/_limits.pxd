@@ -3,6 +3,7 @@
 cdef extern from "trial/surfaces.h" nogil:
     enum:
         MOST
+        MOST_NUMBERS
     double TINY
     ctypedef struct Surface:
         int kind
@@ -21,6 +22,8 @@ cdef extern from "trial/surfaces.h" nogil:
         void (*step)(Surface *surface, const double *step) noexcept nogil
         void (*settle)(Surface *surface) noexcept nogil
         void (*level)(double *values) noexcept nogil
+        int (*numbers)(const Surface *surface, const double *center, double *values, double *slopes) noexcept nogil
+        void (*outward)(const Surface *surface, const double *j, Py_ssize_t n, double *gradient) noexcept nogil
     const Kind *KINDS
     const int COUNT
     double dot(const double *a, const double *b)
