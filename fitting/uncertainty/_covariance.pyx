@@ -168,47 +168,62 @@ cdef int gather(
     return found
 
 
-cdef void add_field(
-    const double *sums, Py_ssize_t patches, int k, double extent, double span, bint smooth, double[:, ::1] result
+cdef void measure(
+    const double *sums, Py_ssize_t patches, int width, double extent, double *apart
 ) noexcept nogil:
-    """G^T C G of a field of variance 1, with the correlations C of the patches and their sums G (patches, k).
+    """Distances over the extent between each patch and those before it, one row after the other."""
+    cdef Py_ssize_t p, q, place = 0
+    cdef double x, y, z
+    for p in range(patches):
+        for q in range(p):
+            x = sums[p * width + 1] - sums[q * width + 1]
+            y = sums[p * width + 2] - sums[q * width + 2]
+            z = sums[p * width + 3] - sums[q * width + 3]
+            apart[place] = sqrt(x * x + y * y + z * z) / extent
+            place += 1
 
-    A smooth field as wide as the cloud has no mean: the part deviates by 0 in the mean over the points.
-    """
+
+cdef void level(double *sums, Py_ssize_t patches, int k) noexcept nogil:
+    """Take from the sums of each patch its share, by points, of their total."""
+    cdef Py_ssize_t p
+    cdef int a, width = 4 + k
+    cdef double count = 0.0, total
+    for p in range(patches):
+        count += sums[p * width]
+    for a in range(4, width):
+        total = 0.0
+        for p in range(patches):
+            total += sums[p * width + a]
+        for p in range(patches):
+            sums[p * width + a] -= sums[p * width] / count * total
+
+
+cdef void add_field(
+    const double *sums, const double *apart, Py_ssize_t patches, int k, double span, bint smooth,
+    double[:, ::1] result
+) noexcept nogil:
+    """G^T C G of a field of variance 1, with the correlations C of the patches and their sums G (patches, k)."""
     cdef Py_ssize_t p, q
     cdef int a, b, width = 4 + k
-    cdef double apart, square, count = 0.0
+    cdef double share
     cdef const double *one
     cdef const double *other
     cdef double[MOST] total
-    cdef double[MOST] mean
-    cdef bint level = smooth and span >= 1.0
-    for a in range(k):
-        mean[a] = 0.0
-    if level:
-        for p in range(patches):
-            count += sums[p * width]
-            for a in range(k):
-                mean[a] += sums[p * width + 4 + a]
-        for a in range(k):
-            mean[a] /= count
     for p in range(patches):
-        one = sums + p * width
+        one = sums + p * width + 4
         for a in range(k):  # half of what p itself adds, then those before it, each of which counts twice
-            total[a] = 0.5 * (one[4 + a] - mean[a] * one[0])
+            total[a] = 0.5 * one[a]
         for q in range(p):
-            other = sums + q * width
-            square = 0.0
-            for a in range(1, 4):
-                square += (one[a] - other[a]) * (one[a] - other[a])
-            apart = sqrt(square) / extent / span
-            apart = exp(-0.5 * apart * apart) if smooth else exp(-apart)
+            other = sums + q * width + 4
+            share = apart[q] / span
+            share = exp(-0.5 * share * share) if smooth else exp(-share)
             for a in range(k):
-                total[a] += apart * (other[4 + a] - mean[a] * other[0])
+                total[a] += share * other[a]
+        apart += p
         for a in range(k):
             for b in range(k):
-                result[a, b] += (one[4 + a] - mean[a] * one[0]) * total[b]
-                result[b, a] += (one[4 + a] - mean[a] * one[0]) * total[b]
+                result[a, b] += one[a] * total[b]
+                result[b, a] += one[a] * total[b]
 
 
 def fields(
@@ -222,19 +237,25 @@ def fields(
     rows, gain, feet : (k, N), (N,), (3, N) of the points
     patch, seen : (N,) number of the patch of each, and whether it counts
     rough, smooth : ranges over the extent of the fields, rough ones first in the result; patch means of the
-        feet that are h apart have the correlation exp(-h / range), or exp(-h^2 / 2 range^2)
+        feet that are h apart have the correlation exp(-h / range), or exp(-h^2 / 2 range^2). A smooth field
+        as wide as the cloud, of which there is one at most and the last, has no mean: the part deviates by 0
+        in the mean over the points
     """
     cdef Py_ssize_t patches = 1 + int(np.max(patch)), i
     cdef int k = rows.shape[0], found
-    cdef double *sums = room_for(patches * (4 + k))
+    cdef double *sums = room_for(patches * (4 + k) + patches * (patches - 1) // 2)
+    cdef double *apart = sums + patches * (4 + k)
     result = np.zeros((rough.shape[0] + smooth.shape[0], k, k))
     cdef double[:, :, ::1] view = result
     with nogil:
         found = gather(rows, gain, feet, patch, seen, sums, patches)
+        measure(sums, found, 4 + k, extent, apart)
         for i in range(rough.shape[0]):
-            add_field(sums, found, k, extent, rough[i], False, view[i])
+            add_field(sums, apart, found, k, rough[i], False, view[i])
         for i in range(smooth.shape[0]):
-            add_field(sums, found, k, extent, smooth[i], True, view[rough.shape[0] + i])
+            if smooth[i] >= 1.0:
+                level(sums, found, k)
+            add_field(sums, apart, found, k, smooth[i], True, view[rough.shape[0] + i])
     free(sums)
     return result
 

@@ -14,16 +14,13 @@ import numpy as np
 
 from ..cloud.patches import PATCHES
 from ..geometry.vectors import Array
-from ..noise.fields import Explanations
+from ..noise.fields import EPS, Explanations
 from . import _covariance
 
 FIELDS = 0.2
 """Probability, before anything is known, of a rough field, and of a smooth one; sizes and ranges alike. Less
 makes intervals on bowed parts, which are too short, shorter; at 0.3 those of spheres under independent noise
 are a quarter longer than need be."""
-
-NEGLIGIBLE = 1e-18
-"""Explanations less likely than this are left out: a double does not show them in a sum of probabilities."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +65,7 @@ class Agreement:
     ) -> Self:
         """From explanations of residuals that have this variance."""
         weight, white = _weights(found), found.white**2
-        likely = weight > NEGLIGIBLE
+        likely = weight > EPS**2  # what is less likely shows nowhere
         own = np.append(np.minimum(white / variance, 1.0), found.apart_white**2 / variance)
         own[0] = 1.0
 
