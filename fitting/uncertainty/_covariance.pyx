@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """What goes over all points, patches and explanations where the covariance of a step is made."""
 
-from libc.math cimport M_PI, atan2, exp, lgamma, sqrt
+from libc.math cimport atan2, exp, fabs, lgamma, sqrt
 from libc.stdlib cimport free
 from libc.string cimport memset
 
@@ -20,12 +20,18 @@ cdef extern from "solver/equations.h" nogil:
 cdef extern from "geometry/room.h":
     double *room_for(Py_ssize_t numbers) except NULL
 
+cdef double PI = 3.141592653589793
+
 cdef enum:
     DISTANCE, PULL, SLOPE, GAIN, FOOT, COLUMNS = 7
 """What `linearized` says of each point beside its derivatives, the foot in three rows."""
 
 cdef int MOST_STEPS = 200
 """Newton's steps to a quantile, which comes from below, and no nearer than rounding lets it."""
+cdef int MOST_SWEEPS = 40
+cdef double SLIGHT = 1e-33
+"""A square off the diagonal below this share of the product of those beside it turns nothing any more."""
+cdef double EPS = 2.220446049250313e-16
 
 
 def linearized(
@@ -102,6 +108,83 @@ def weighted_products(const double[:, ::1] rows, const double[::1] weight):
         with nogil:
             products(rows, &weight[0], room, view)
     free(room)
+    return result
+
+
+cdef void diagonalize(double *matrix, int n, double *vectors) noexcept nogil:
+    """Let a symmetric matrix (n, MOST) be diagonal, seen along the columns of `vectors` (n, MOST).
+
+    By Jacobi's rotations, of which small eigenvalues come out as precisely as the diagonal shows them: Demmel and
+    Veselic, "Jacobi's method is more accurate than QR", SIAM J. Matrix Anal. Appl. 13, 1992.
+    """
+    cdef int p, q, i, turn
+    cdef double slant, t, c, s, one, other
+    cdef bint rests
+    for p in range(n):
+        for q in range(n):
+            vectors[p * MOST + q] = 1.0 if p == q else 0.0
+    for turn in range(MOST_SWEEPS):
+        rests = True
+        for p in range(n):
+            for q in range(p):
+                one = matrix[p * MOST + q]
+                if not one * one > SLIGHT * fabs(matrix[p * MOST + p] * matrix[q * MOST + q]):
+                    continue
+                rests = False
+                slant = 0.5 * (matrix[q * MOST + q] - matrix[p * MOST + p]) / one
+                t = (1.0 if slant >= 0.0 else -1.0) / (fabs(slant) + sqrt(slant * slant + 1.0))
+                c = 1.0 / sqrt(t * t + 1.0)
+                s = t * c
+                for i in range(n):
+                    one, other = matrix[i * MOST + p], matrix[i * MOST + q]
+                    matrix[i * MOST + p], matrix[i * MOST + q] = c * one - s * other, s * one + c * other
+                for i in range(n):
+                    one, other = matrix[p * MOST + i], matrix[q * MOST + i]
+                    matrix[p * MOST + i], matrix[q * MOST + i] = c * one - s * other, s * one + c * other
+                    one, other = vectors[i * MOST + p], vectors[i * MOST + q]
+                    vectors[i * MOST + p], vectors[i * MOST + q] = c * one - s * other, s * one + c * other
+                matrix[p * MOST + q] = matrix[q * MOST + p] = 0.0
+        if rests:
+            return
+
+
+cdef bint scaled(const double[:, ::1] matrix, double *sizes, double *result) noexcept nogil:
+    """A symmetric matrix (k, k) in units in which its diagonal is 1, (k, MOST); False where it is not positive."""
+    cdef int k = matrix.shape[0], a, b
+    for a in range(k):
+        if not matrix[a, a] > 0.0:
+            return False
+        sizes[a] = sqrt(matrix[a, a])
+    for a in range(k):
+        for b in range(k):
+            result[a * MOST + b] = 0.5 * (matrix[a, b] + matrix[b, a]) / (sizes[a] * sizes[b])
+    return True
+
+
+def inverted(const double[:, ::1] square, double least):
+    """The inverse (k, k) of a symmetric matrix, or None where it is hardly positive definite.
+
+    That is where, in units in which its diagonal is 1, an eigenvalue is not above the least.
+    """
+    cdef int k = square.shape[0], a, b, c
+    cdef double[MOST] sizes
+    cdef double[MOST * MOST] matrix
+    cdef double[MOST * MOST] vectors
+    cdef double total
+    if not scaled(square, sizes, matrix):
+        return None
+    diagonalize(matrix, k, vectors)
+    for c in range(k):
+        if not matrix[c * (MOST + 1)] > least:
+            return None
+    result = np.empty((k, k))
+    cdef double[:, ::1] view = result
+    for a in range(k):
+        for b in range(a + 1):
+            total = 0.0
+            for c in range(k):
+                total += vectors[a * MOST + c] * vectors[b * MOST + c] / matrix[c * (MOST + 1)]
+            view[a, b] = view[b, a] = total / (sizes[a] * sizes[b])
     return result
 
 
@@ -290,13 +373,42 @@ cdef void within(
         sine = t / sqrt(free + t * t)
         if odd:
             inside = atan2(sine, c) + (sine * c * series[i] if free > 1 else 0.0)
-            inside *= 2.0 / M_PI
+            inside *= 2.0 / PI
             power[i] *= cosine2[i] * cosine2[i] if free > 1 else cosine2[i]
         else:
             inside = sine * series[i]
             power[i] *= cosine2[i] * c
         share[0] += weight[i] * inside
         density[0] += weight[i] * unit * power[i] / deviation[i]
+
+
+cdef void find_ends(
+    const double *deviations, const double *weights, int k, Py_ssize_t parts, int free_squares, double share,
+    double *room, double *ends
+) noexcept nogil:
+    """As `mixture_ends`; the room is for 5 numbers of each part."""
+    cdef double *deviation = room + 3 * parts
+    cdef double *weight = room + 4 * parts
+    cdef double unit = 2.0 * exp(lgamma(0.5 * (free_squares + 1)) - lgamma(0.5 * free_squares))
+    cdef double certain, held, density, end, grown
+    cdef Py_ssize_t i, some
+    cdef int a, turn
+    unit /= sqrt(free_squares * PI)
+    for a in range(k):
+        some, certain, end = 0, 0.0, 0.0
+        for i in range(parts):
+            if deviations[a * parts + i] > 0.0:
+                deviation[some], weight[some] = deviations[a * parts + i], weights[i]
+                some += 1
+            else:
+                certain += weights[i]
+        for turn in range(MOST_STEPS if certain < share else 0):
+            within(end, deviation, weight, some, free_squares, unit, room, &held, &density)
+            grown = (share - certain - held) / density
+            end += grown
+            if not grown > 1e-15 * end:
+                break
+        ends[a] = end
 
 
 def mixture_ends(
@@ -307,33 +419,128 @@ def mixture_ends(
     Parts, of weights (T,), are of Student's t with so many degrees of freedom; deviations of 0 are certain.
     The share is a concave function of the end, so that Newton's method comes from below.
     """
-    cdef Py_ssize_t parts = deviations.shape[1], i, some
-    cdef int k, turn
-    cdef double unit = 2.0 * exp(lgamma(0.5 * (free_squares + 1)) - lgamma(0.5 * free_squares))
-    cdef double certain, held, density, end, grown
+    cdef Py_ssize_t parts = deviations.shape[1]
+    cdef int k = deviations.shape[0]
     cdef double *room = room_for(5 * parts)
-    cdef double *deviation = room + 3 * parts
-    cdef double *weight = room + 4 * parts
-    result = np.zeros(deviations.shape[0])
+    result = np.zeros(k)
     cdef double[::1] view = result
-    unit /= sqrt(free_squares * M_PI)
+    if parts and k:
+        with nogil:
+            find_ends(&deviations[0, 0], &weights[0], k, parts, free_squares, share, room, &view[0])
+    free(room)
+    return result
+
+
+cdef void multiply(const double *a, const double *b, int k, bint turned, double *result) noexcept nogil:
+    """a b, or a b^T, of matrices (k, MOST)."""
+    cdef int i, j, l
+    for i in range(k):
+        for j in range(k):
+            result[i * MOST + j] = 0.0
+            for l in range(k):
+                result[i * MOST + j] += a[i * MOST + l] * (b[j * MOST + l] if turned else b[l * MOST + j])
+
+
+cdef bint principal(
+    const double[:, :, ::1] meats, const double[:, ::1] shares, const double[::1] weights,
+    const double[:, ::1] bread, double *directions, double *across
+) noexcept nogil:
+    """Directions of a step (k, MOST), in columns, in which the mean covariance is diagonal about the bread.
+
+    The columns of `across` have the product 1 with their own direction, and 0 with the others. False where the
+    bread is not positive.
+    """
+    cdef int k = bread.shape[0], a, b, r
+    cdef Py_ssize_t t
+    cdef double share
+    cdef double[MOST] sizes
+    cdef double[MOST * MOST] mean
+    cdef double[MOST * MOST] root
+    cdef double[MOST * MOST] inverse
+    cdef double[MOST * MOST] some
+    cdef double[MOST * MOST] turn
+    if not scaled(bread, sizes, mean):
+        return False
+    diagonalize(mean, k, turn)
+    for a in range(k):
+        for b in range(k):
+            share = sqrt(max(mean[b * (MOST + 1)], EPS))
+            root[a * MOST + b] = sizes[a] * turn[a * MOST + b] * share
+            inverse[b * MOST + a] = turn[a * MOST + b] / (share * sizes[a])
+    for a in range(k):
+        for b in range(k):
+            mean[a * MOST + b] = 0.0
+    for r in range(shares.shape[1]):
+        share = 0.0
+        for t in range(shares.shape[0]):
+            share += weights[t] * shares[t, r]
+        for a in range(k):
+            for b in range(k):
+                mean[a * MOST + b] += share * meats[r, a, b]
+    for a in range(k):
+        for b in range(k):
+            turn[a * MOST + b] = bread[a, b]
+    multiply(inverse, turn, k, False, some)  # in inverse bread mean bread inverse^T the bread is symmetric
+    multiply(some, mean, k, False, across)
+    multiply(across, some, k, True, mean)
+    diagonalize(mean, k, turn)
+    multiply(root, turn, k, False, directions)
+    for a in range(k):
+        for b in range(k):
+            across[a * MOST + b] = 0.0
+            for r in range(k):
+                across[a * MOST + b] += inverse[r * MOST + a] * turn[r * MOST + b]
+    return True
+
+
+cdef void spread_along(
+    const double[:, :, ::1] meats, const double[:, ::1] shares, const double[:, ::1] bread, const double *across,
+    double *deviations
+) noexcept nogil:
+    """Standard deviations (k, T) of the explanations along each of the columns of `across` (k, MOST)."""
+    cdef int k = bread.shape[0], a, b, c, r, parts = shares.shape[1]
+    cdef Py_ssize_t t, explanations = shares.shape[0]
+    cdef double[MOST] way
+    cdef double square
+    for c in range(k):
+        for a in range(k):
+            way[a] = 0.0
+            for b in range(k):
+                way[a] += bread[a, b] * across[b * MOST + c]
+        for t in range(explanations):
+            deviations[c * explanations + t] = 0.0
+        for r in range(parts):
+            square = 0.0
+            for a in range(k):
+                for b in range(k):
+                    square += way[a] * meats[r, a, b] * way[b]
+            for t in range(explanations):
+                deviations[c * explanations + t] += shares[t, r] * square
+        for t in range(explanations):
+            deviations[c * explanations + t] = sqrt(max(deviations[c * explanations + t], 0.0))
+
+
+def mixed(
+    const double[:, :, ::1] meats, const double[:, ::1] shares, const double[::1] weights,
+    const double[:, ::1] bread, int free_squares, double share, double quantile
+):
+    """The covariance whose intervals are those of a mixture; see `fitting.uncertainty.covariance.mixed`."""
+    cdef int k = bread.shape[0], a, b, c
+    cdef Py_ssize_t parts = shares.shape[0]
+    cdef double[MOST] ends
+    cdef double[MOST * MOST] directions
+    cdef double[MOST * MOST] across
+    cdef double *room = room_for((k + 5) * parts)
+    result = np.zeros((k, k))
+    cdef double[:, ::1] view = result
     with nogil:
-        for k in range(deviations.shape[0]):
-            some, certain, end = 0, 0.0, 0.0
-            for i in range(parts):
-                if deviations[k, i] > 0.0:
-                    deviation[some], weight[some] = deviations[k, i], weights[i]
-                    some += 1
-                else:
-                    certain += weights[i]
-            if certain >= share:
-                continue
-            for turn in range(MOST_STEPS):
-                within(end, deviation, weight, some, free_squares, unit, room, &held, &density)
-                grown = (share - certain - held) / density
-                end += grown
-                if not grown > 1e-15 * end:
-                    break
-            view[k] = end
+        if principal(meats, shares, weights, bread, directions, across):
+            spread_along(meats, shares, bread, across, room)
+            find_ends(room, &weights[0], k, parts, free_squares, share, room + k * parts, ends)
+            for a in range(k):
+                for b in range(k):
+                    for c in range(k):
+                        view[a, b] += directions[a * MOST + c] * directions[b * MOST + c] * ends[c] * ends[c]
+                    view[a, b] /= quantile * quantile
     free(room)
     return result

@@ -14,13 +14,13 @@ explanations has its own B; the covariance is the one whose 95 % intervals are t
 
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from math import sqrt
 from typing import Self
 
 import numpy as np
 
 from ..cloud.patches import PATCHES
 from ..geometry.vectors import Array
-from ..noise.fields import EPS
 from ..noise.kernels import Kernel
 from ..primitives.primitive import Primitive
 from ..solver.refine import CODES
@@ -136,17 +136,7 @@ class Linear:
     @cached_property
     def bread(self) -> Array | None:
         """The inverse of A in the free directions, or None where the points leave one open."""
-        sizes = np.sqrt(np.maximum(self.square.diagonal(), 0.0))
-        if not (sizes > 0.0).all():
-            return None
-        if not len(sizes):  # nothing is free, and nothing uncertain
-            return self.square
-        units = sizes[:, None] * sizes
-        scaled = self.square / units
-        if not np.linalg.eigvalsh(scaled)[0] > UNDETERMINED:
-            return None
-        inverse = np.linalg.inv(scaled) / units
-        return np.asarray(0.5 * (inverse + inverse.T))
+        return _covariance.inverted(self.square, UNDETERMINED)
 
     def known(self, noise: float) -> StepCovariance | None:
         """Under independent noise of a known standard deviation."""
@@ -163,7 +153,7 @@ class Linear:
         """
         spare = self.rows.shape[1] - self.steps
         left = np.where(inlier, self.distance, self.pull)
-        return self.known(float(np.sqrt(left @ left / spare))) if spare > 0 else None
+        return self.known(sqrt(left @ left / spare)) if spare > 0 else None
 
     def uneven(self, agreement: Agreement | None) -> StepCovariance | None:
         """Under noise that may differ from point to point and agree between neighbours."""
@@ -173,30 +163,42 @@ class Linear:
         independent, square = _covariance.uneven(
             self.rows, self.pull, self.slope, bread, self.copies, MOST_LEVERAGE
         )
-        independent, noise = self.copies * independent, float(np.sqrt(square))
+        independent, noise = self.copies * independent, sqrt(square)
+        alone = bread @ independent @ bread
         if agreement is None:
-            return self._lifted(bread @ independent @ bread, noise)
-        estimates = min(self.points, float(PATCHES))
+            return self._lifted(alone, noise)
+        estimates, points = min(self.points, float(PATCHES)), self.points
         fields = self.copies**2 * agreement.fields(self.rows, self.gain, self.feet)
-        parts = bread @ np.concatenate([independent[None], fields]) @ bread
+        meats = np.concatenate([independent[None], fields])
         free = max(int(estimates) - self.steps, 1)
-        matrix = mixed(parts, agreement.shares, agreement.weight, bread, free)
-        found = replace(self._lifted(matrix, noise), correlation=agreement.correlation, estimates=estimates)
-        if agreement.correlation is None or not np.sum(matrix * self.square) > 0.0:
-            return found
-        # The variance of steps under independent noise over what was found, in the mean over what is known.
-        alike = float(np.sum(parts[0] * self.square) / np.sum(matrix * self.square))
-        return replace(found, effective_points=self.points * min(alike, 1.0))
+        matrix = mixed(meats, agreement.shares, agreement.weight, bread, free)
+        if agreement.correlation is not None:
+            points = min(points * _alike(alone, matrix, self.square), points)
+        return self._lifted(matrix, noise, points, estimates, agreement.correlation)
 
-    def _lifted(self, matrix: Array, noise: float) -> StepCovariance:
-        bread, free = self.bread, self.free
+    def _lifted(
+        self,
+        matrix: Array,
+        noise: float,
+        effective: float | None = None,
+        estimates: float | None = None,
+        correlation: Correlation | None = None,
+    ) -> StepCovariance:
+        """In all directions, of covariances in the free ones; figures that are not given are all points."""
+        bread, free, points = self.bread, self.free, self.points
         assert bread is not None
         if free is not None:
             matrix, bread = free @ matrix @ free.T, free @ bread @ free.T
-        return StepCovariance(matrix, bread, noise, self.points, self.points)
+        return StepCovariance(matrix, bread, noise, effective or points, estimates or points, correlation)
 
 
-def mixed(parts: Array, shares: Array, weights: Array, unit: Array, free: int) -> Array:
+def _alike(independent: Array, found: Array, known: Array) -> float:
+    """The variance of steps under independent noise over what was found, in the mean over what is known."""
+    total = float(np.vdot(found, known))
+    return float(np.vdot(independent, known)) / total if total > 0.0 else 1.0
+
+
+def mixed(meats: Array, shares: Array, weights: Array, bread: Array, free: int) -> Array:
     """The covariance (k, k) whose 95 % intervals are those of a mixture, in its principal directions.
 
     One of T covariances holds, each with its probability. A mean of them would not do: an unlikely one that
@@ -205,19 +207,8 @@ def mixed(parts: Array, shares: Array, weights: Array, unit: Array, free: int) -
 
     Parameters
     ----------
-    parts, shares : (R, k, k) and (T, R); a covariance of the mixture is the sum of its shares of the parts
-    weights : (T,) probabilities of the covariances, each of Student's t with `free` degrees of freedom
-    unit : (k, k) the covariance that principal directions of the mean one are looked for about
+    meats, shares : (R, k, k) and (T, R); B of an explanation is the sum of its shares of the meats
+    weights : (T,) probabilities of the explanations, each of Student's t with `free` degrees of freedom
+    bread : (k, k) the inverse of A, about which principal directions of the mean covariance are looked for
     """
-    sizes = np.sqrt(unit.diagonal())
-    values, vectors = np.linalg.eigh(unit / np.outer(sizes, sizes))
-    stretch = np.sqrt(np.maximum(values, EPS))
-    root, inverse = sizes[:, None] * vectors * stretch, (vectors / stretch).T / sizes
-    mean = np.tensordot(weights @ shares, parts, 1)
-    turn = np.linalg.eigh(inverse @ mean @ inverse.T)[1]
-    across = inverse.T @ turn
-    squares = ((parts @ across) * across).sum(axis=1)
-    deviations = np.sqrt(np.maximum(squares.T @ shares.T, 0.0))
-    ends = _covariance.mixture_ends(deviations, weights, free, SHARE)
-    half = root @ turn * (ends / quantile(free))
-    return np.asarray(half @ half.T)
+    return _covariance.mixed(meats, shares, weights, bread, free, SHARE, quantile(free))

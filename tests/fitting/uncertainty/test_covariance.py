@@ -13,7 +13,7 @@ from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.solver.refine import CODES
 from primfit.fitting.uncertainty import _covariance
 from primfit.fitting.uncertainty.agreement import Agreement
-from primfit.fitting.uncertainty.covariance import Cost, Linear
+from primfit.fitting.uncertainty.covariance import UNDETERMINED, Cost, Linear
 from tests.fitting.clouds import EXAMPLES, noisy
 from tests.fitting.uncertainty import reference_covariance as reference
 from tests.fitting.uncertainty.known import flat, known
@@ -111,3 +111,21 @@ def test_the_compiled_covariance_is_that_of_numpy(seed: int, copies: float) -> N
     assert found is not None
     sizes = np.sqrt(np.diag(expected))
     np.testing.assert_allclose((found.matrix - expected) / np.outer(sizes, sizes), 0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("k", [0, 1, 2, 5, 9])
+def test_the_inverse_is_that_of_lapack_whatever_the_units(k: int) -> None:
+    rng = np.random.default_rng(k)
+    root, units = rng.normal(size=(k, k)), 10.0 ** rng.uniform(-6.0, 6.0, k)
+    square = units[:, None] * (root.T @ root + 1e-3 * np.eye(k)) * units
+    found = _covariance.inverted(square, UNDETERMINED)
+    assert found is not None
+    expected = np.linalg.inv(square / np.outer(units, units)) / np.outer(units, units)
+    sizes = np.sqrt(np.diag(expected))
+    np.testing.assert_allclose((found - expected) / np.outer(sizes, sizes), 0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("open_one", [np.zeros(3), np.ones(3), np.array([1.0, np.nan, 0.0])])
+def test_what_leaves_a_direction_open_has_no_inverse(open_one: np.ndarray) -> None:
+    assert _covariance.inverted(np.outer(open_one, open_one), UNDETERMINED) is None
+    assert _covariance.inverted(np.diag([1.0, -1.0, 1.0]), UNDETERMINED) is None

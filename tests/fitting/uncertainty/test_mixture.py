@@ -15,8 +15,9 @@ UNIT = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, -2e-4], [0.0, -2e-4, 1e-6]])
 
 
 def mixed(parts: Array, weights: Array) -> Array:
-    """Of covariances (T, k, k), each of which is a part of its own."""
-    return covariance.mixed(parts, np.eye(len(parts)), weights, UNIT, FREE)
+    """Of covariances (T, k, k), each of which has a meat of its own."""
+    root = np.linalg.inv(UNIT)
+    return covariance.mixed(root @ parts @ root, np.eye(len(parts)), weights, UNIT, FREE)
 
 
 def test_of_one_covariance_it_is_this_one() -> None:
