@@ -8,6 +8,7 @@ range and of its variance differs as much from patch to patch, and its shorter i
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import log
 from typing import Self
 
 import numpy as np
@@ -66,24 +67,15 @@ class Agreement:
         """From explanations of residuals that have this variance."""
         weight, white = _weights(found), found.white**2
         likely = weight > EPS**2  # what is less likely shows nowhere
-        own = np.append(np.minimum(white / variance, 1.0), found.apart_white**2 / variance)
-        own[0] = 1.0
-
-        def column(values: Array) -> Array:
-            """Of explanations that may be, the last of which has no fields."""
-            return np.append(values, 0.0)[likely]
-
+        table = np.zeros((5, len(weight)))  # the last explanation has no fields
+        table[0, 0], table[0, -1] = 1.0, found.apart_white**2 / variance
+        table[0, 1:-1] = np.minimum(white[1:] / variance, 1.0)
+        table[1, :-1], table[2, :-1] = white * found.rough_size**2, found.rough_range
+        table[3, :-1], table[4, :-1] = white * found.smooth_size**2, found.smooth_range
+        correlation = _correlation(found, weight, extent, len(patch), variance)
+        own, rough, rough_range, smooth, smooth_range = table[:, likely]
         return cls(
-            patch,
-            seen,
-            extent,
-            weight[likely],
-            own[likely],
-            column(white * found.rough_size**2),
-            column(found.rough_range),
-            column(white * found.smooth_size**2),
-            column(found.smooth_range),
-            _correlation(found, weight, extent, len(patch), variance),
+            patch, seen, extent, weight[likely], own, rough, rough_range, smooth, smooth_range, correlation
         )
 
     def fields(self, rows: Array, gain: Array, feet: Array) -> Array:
@@ -118,12 +110,11 @@ def _weights(found: Explanations) -> Array:
     """
     rough, smooth = found.rough_range > 0.0, found.smooth_range > 0.0
     held = found.rough_range < 1.0
-    each = [np.log(FIELDS / np.count_nonzero(held & some)) for some in (rough & ~smooth, smooth & ~rough)]
-    prior = np.where(rough, each[0], np.log(1.0 - FIELDS)) + np.where(smooth, each[1], np.log(1.0 - FIELDS))
-    logs = np.append(
-        np.where(held, found.log_evidence + prior, -np.inf),
-        found.apart + np.log(FIELDS) + np.log(1.0 - FIELDS),
-    )
+    each = [log(FIELDS / np.count_nonzero(held & some)) for some in (rough & ~smooth, smooth & ~rough)]
+    prior = np.where(rough, each[0], log(1.0 - FIELDS)) + np.where(smooth, each[1], log(1.0 - FIELDS))
+    logs = np.empty(len(held) + 1)
+    logs[:-1] = np.where(held, found.log_evidence + prior, -np.inf)
+    logs[-1] = found.apart + log(FIELDS) + log(1.0 - FIELDS)
     weights = np.exp(logs - logs.max())
     return np.asarray(weights / weights.sum())
 

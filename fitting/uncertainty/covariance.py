@@ -22,7 +22,7 @@ import numpy as np
 from ..cloud.patches import PATCHES
 from ..geometry.vectors import Array
 from ..noise.kernels import Kernel
-from ..primitives.primitive import Primitive
+from ..primitives import PRIMITIVES
 from ..solver.refine import CODES
 from . import _covariance
 from .agreement import Agreement, Correlation
@@ -105,12 +105,10 @@ class Linear:
     copies: float
 
     @classmethod
-    def of(cls, primitive: Primitive, cost: Cost, copies: float) -> Self:
-        """In all directions."""
-        table = _covariance.linearized(
-            CODES[primitive.kind], primitive.row(), cost.points, cost.kernel, cost.scale, cost.factors
-        )
-        dof = primitive.dof
+    def of(cls, kind: str, row: Array, cost: Cost, copies: float) -> Self:
+        """At the surface of a row (9,), in all directions."""
+        table = _covariance.linearized(CODES[kind], row, cost.points, cost.kernel, cost.scale, cost.factors)
+        dof = PRIMITIVES[kind].dof
         distance, pull, slope, gain = table[dof : dof + 4]
         return cls(table[:dof], None, distance, pull, slope, gain, table[dof + 4 :], copies)
 

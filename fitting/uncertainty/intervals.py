@@ -1,6 +1,7 @@
 """95 % intervals of the numbers of an answer, and of its direction and position."""
 
 from dataclasses import dataclass, replace
+from math import hypot, sqrt
 from typing import Self
 
 import numpy as np
@@ -64,7 +65,7 @@ class Profiles:
             among = covariance[numbers, numbers]
             if among.max() > 0.0:
                 weights = np.zeros(len(covariance))
-                weights[numbers] = np.linalg.eigh(among)[1][:, -1]
+                weights[numbers] = np.linalg.eigh(among)[1][:, -1] if len(among) > 1 else 1.0
                 self.ends(weights)
 
     def ends(self, weights: Array) -> tuple[Array | None, Array | None]:
@@ -74,7 +75,7 @@ class Profiles:
         variance, bread = float(row @ self.steps.matrix @ row), float(row @ self.steps.bread @ row)
         noise = max(variance / bread, self.steps.noise**2) / self.optimum.copies
         rise = 0.5 * self.quantile**2 * noise / self.optimum.cost.scale**2
-        return self.region.ends(weights, self.quantile * float(np.sqrt(variance)), rise)
+        return self.region.ends(weights, self.quantile * sqrt(variance), rise)
 
 
 def _is_curved(optimum: Optimum, steps: StepCovariance, quantile: float) -> bool:
@@ -95,7 +96,7 @@ def intervals_of(
     optimum: Optimum, values: Array, covariance: Array, quantile: float, profiles: Profiles | None
 ) -> dict[str, Interval]:
     """By name, of all numbers (P,) but the components of a direction."""
-    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    deviations = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
     in_frame = deviations / optimum.units
     held = in_frame <= HELD * in_frame.max()
     found, layout = {}, optimum.layout
@@ -118,13 +119,13 @@ def _at_bounds(optimum: Optimum, values: Array, quantile: float) -> dict[str, In
     found: dict[str, Interval] = {}
     if optimum.limits is None:
         return found
-    for name, (fixed, upper) in optimum.limits.active(optimum.primitive.row()).items():
+    for name, (fixed, upper) in optimum.limits.active(optimum.row).items():
         steps = None if fixed else optimum.released(name)
         if steps is None:
             continue
         place = optimum.layout.names.index(name)
         row, value = optimum.by_step[place], float(values[place])
-        deviation = float(np.sqrt(row @ steps.matrix @ row))
+        deviation = sqrt(row @ steps.matrix @ row)
         reach = ONE_SIDED * quantile * deviation
         ends = (max(value - reach, 0.0), value) if upper else (value, value + reach)
         found[name] = Interval(*ends, deviation, "bound")
@@ -151,7 +152,7 @@ def _widened(
     One open end tells nothing: a cone that may be a cylinder turns on beyond it, with its apex at the other
     side.
     """
-    first, direction = optimum.layout.direction, optimum.primitive.row()[:3]
+    first, direction = optimum.layout.direction, optimum.row[:3]
     assert first is not None
     weights = np.zeros(len(optimum.layout.names))
     weights[first : first + 3] = np.linalg.eigh(steps.matrix[:2, :2])[1][:, -1] @ np.array(basis(direction))
@@ -179,7 +180,11 @@ def position_of(
 
 def spread(covariance: Array, quantile: float) -> Spread:
     """Of an offset with a covariance (1, 1) or (2, 2)."""
-    deviations = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[::-1], 0.0))
-    ratio = deviations[1] / deviations[0] if len(deviations) == 2 and deviations[0] > 0.0 else 0.0
-    circle = float(np.interp(ratio, RATIOS, CIRCLES)) / CIRCLES[0]
-    return Spread(quantile * circle * float(deviations[0]), tuple(deviations.tolist()))
+    if len(covariance) == 1:
+        deviation = sqrt(max(float(covariance[0, 0]), 0.0))
+        return Spread(quantile * deviation, (deviation,))
+    (first, mixed), (_, second) = covariance.tolist()
+    middle, half = 0.5 * (first + second), hypot(0.5 * (first - second), mixed)
+    larger, smaller = (sqrt(max(square, 0.0)) for square in (middle + half, middle - half))
+    circle = float(np.interp(smaller / larger if larger > 0.0 else 0.0, RATIOS, CIRCLES)) / CIRCLES[0]
+    return Spread(quantile * circle * larger, (larger, smaller))

@@ -78,7 +78,7 @@ class Optimum:
 
     Attributes
     ----------
-    primitive : in its canonical sign
+    primitive, row : in its canonical sign, and the nine numbers that steps change
     trial : kind, cloud and limits
     cost : what it minimises, over working points or the exact ones among them
     inlier : mask of those points that were not rejected
@@ -88,6 +88,7 @@ class Optimum:
     """
 
     primitive: Primitive
+    row: Array
     trial: Trial
     cost: Cost
     inlier: np.ndarray
@@ -114,10 +115,11 @@ class Optimum:
         cost = Cost(points, kernel, scale, factors)
         n = len(cloud.points)
         copies = n / len(cloud.working) if n > WORKING_POINTS and not exact else 1.0
-        full = Linear.of(primitive, cost, copies)
-        linear = full if limits is None else full.within(limits.free_steps(primitive.row()))
+        row = primitive.row()
+        full = Linear.of(primitive.kind, row, cost, copies)
+        linear = full if limits is None else full.within(limits.free_steps(row))
         agreement = None if exact else _agreement(evidence)
-        return cls(primitive, trial, cost, inlier, exact, agreement, full, linear)
+        return cls(primitive, row, trial, cost, inlier, exact, agreement, full, linear)
 
     @property
     def cloud(self) -> Cloud:
@@ -150,7 +152,7 @@ class Optimum:
         """The same if the number of this name were free."""
         if self.limits is None:
             return None
-        free = self.limits.releasing(name).free_steps(self.primitive.row())
+        free = self.limits.releasing(name).free_steps(self.row)
         return self.covariance(self.full.within(free))
 
     def quantile(self, steps: StepCovariance) -> float:
@@ -175,7 +177,7 @@ class Optimum:
     @cached_property
     def numbers(self) -> tuple[Array, Array]:
         """The numbers (P,) and their derivatives (P, dof) by a step, in the frame of the steps."""
-        return _profile.numbers(CODES[self.primitive.kind], self.primitive.row(), self.center)
+        return _profile.numbers(CODES[self.primitive.kind], self.row, self.center)
 
     @property
     def by_step(self) -> Array:
@@ -187,7 +189,7 @@ class Optimum:
         cost, limits = self.cost, self.limits
         return _profile.Region(
             CODES[self.primitive.kind],
-            self.primitive.row(),
+            self.row,
             cost.points,
             kernel=cost.kernel,
             scale=cost.scale,

@@ -88,7 +88,7 @@ def test_the_compiled_covariance_is_that_of_numpy(seed: int, copies: float) -> N
     rng, count = np.random.default_rng(seed), 40
     primitive = list(EXAMPLES.values())[seed]
     points = noisy(primitive, 900, 0.02, seed)
-    linear = Linear.of(primitive, Cost(points, Kernel.TUKEY, 0.02, None), copies)
+    linear = Linear.of(primitive.kind, primitive.row(), Cost(points, Kernel.TUKEY, 0.02, None), copies)
     weight = 10.0 ** rng.uniform(-15.0, 0.0, count)
     agreement = Agreement(
         patches_of(points),
