@@ -8,10 +8,6 @@ cdef enum:
 cdef void load(Surface *surface, int kind, const double *row) noexcept nogil
 cdef void store(const Surface *surface, double *row) noexcept nogil
 cdef Points columns(const double[:, ::1] points, double *room) noexcept nogil
-cdef void assemble(
-    const Surface *surface, Points points, int kernel, double scale, double *distance, double *room,
-    double *normal, double *gradient
-) noexcept nogil
 cdef bint descend(
     Surface *surface, Points points, int kernel, double scale, int max_iterations, double *distance,
     double *room, double *cost, const Held *limits=*

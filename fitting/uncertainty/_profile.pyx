@@ -14,13 +14,19 @@ from libc.stdlib cimport free, malloc, realloc
 
 import numpy as np
 
-from ..solver._descent cimport BLOCK, assemble, columns, load, store
+from ..solver._descent cimport BLOCK, columns, load, store
 from ..trial._limits cimport (
-    KINDS, MOST, MOST_NUMBERS, Bounds, Held, Points, Surface, basis, dot, held_by, solve
+    KINDS, MOST, MOST_NUMBERS, Bounds, Held, Points, Surface, basis, dot, linearize, solve
 )
 
 cdef extern from "noise/kernels.h" nogil:
     double cost_of(int kernel, double scale, const double *distance, Py_ssize_t n)
+
+cdef extern from "solver/equations.h" nogil:
+    void normal_equations(
+        int kernel, double scale, const double *distance, const double *jacobian, Py_ssize_t n, int dof,
+        double *scratch, double *normal, int width, double *gradient
+    )
 
 cdef extern from "geometry/room.h":
     double *room_for(Py_ssize_t numbers) except NULL
@@ -173,7 +179,7 @@ cdef class Region:
     def __cinit__(self, int kind, const double[::1] row, const double[:, ::1] points, **_):
         self.room = NULL
         self.seen = NULL
-        self.room = room_for(4 * points.shape[0] + (2 + MOST) * BLOCK)
+        self.room = room_for(3 * points.shape[0] + (3 + MOST) * BLOCK)
         self.seen = <Local *>malloc(sizeof(Local))
         if self.seen == NULL:
             raise MemoryError
@@ -196,7 +202,7 @@ cdef class Region:
         self.count = 1
         load(&self.seen[0].surface, kind, &row[0])
         with nogil:
-            self.look(&self.seen[0])
+            self.look(&self.seen[0], INFINITY)
 
     def __dealloc__(self):
         free(self.room)
@@ -259,20 +265,17 @@ cdef class Region:
         self.count += 1
         return 0
 
-    cdef void look(self, Local *local) noexcept nogil:
-        """The cost about the surface of `local`."""
+    cdef bint look(self, Local *local, double most) noexcept nogil:
+        """The numbers of the surface of `local` and the cost about it; False where that is beyond the most."""
         cdef double[MOST * MOST] normal
         cdef double[MOST] gradient
         cdef double[MOST] turned
         cdef Surface *surface = &local.surface
-        cdef double *distance = self.room + 3 * self.points.n
         cdef double square = self.scale * self.scale
         cdef int dof = KINDS[surface.kind].dof, i, j, k, m
+        if not self.add_up(local, most, normal, gradient):
+            return False
         KINDS[surface.kind].numbers(surface, self.center, local.values, NULL)
-        assemble(
-            surface, self.points, self.kernel, self.scale, distance, distance + self.points.n, normal, gradient
-        )
-        local.cost = cost_of(self.kernel, self.scale, distance, self.points.n)
         local.free = free_steps(surface, self.held(), self.touches, local.ways)
         for i in range(local.free):
             local.slope[i] = 0.0
@@ -285,6 +288,40 @@ cdef class Region:
                 local.square[i * MOST + j] = 0.0
                 for k in range(dof):
                     local.square[i * MOST + j] += local.ways[j * MOST + k] * turned[k] / square
+        return True
+
+    cdef bint add_up(self, Local *local, double most, double *normal, double *gradient) noexcept nogil:
+        """The cost of a surface and its normal equations, by blocks; False as soon as it is beyond the most."""
+        cdef Points block = self.points
+        cdef double[MOST * MOST] part
+        cdef double[MOST] pull
+        cdef double *distance = self.room + 3 * self.points.n
+        cdef double *jacobian = distance + BLOCK
+        cdef int dof = KINDS[local.surface.kind].dof, i, j
+        cdef Py_ssize_t start = 0
+        local.cost = 0.0
+        for i in range(dof):
+            gradient[i] = 0.0
+            for j in range(i + 1):
+                normal[i * MOST + j] = 0.0
+        while start < self.points.n:
+            block.n = min(BLOCK, self.points.n - start)
+            block.x, block.y, block.z = self.points.x + start, self.points.y + start, self.points.z + start
+            if self.points.factor != NULL:
+                block.factor = self.points.factor + start
+            linearize(&local.surface, block, distance, jacobian)
+            local.cost += cost_of(self.kernel, self.scale, distance, block.n)
+            if not local.cost <= most:
+                return False
+            normal_equations(
+                self.kernel, self.scale, distance, jacobian, block.n, dof, jacobian + dof * BLOCK, part, MOST, pull
+            )
+            for i in range(dof):
+                gradient[i] += pull[i]
+                for j in range(i + 1):
+                    normal[i * MOST + j] += part[i * MOST + j]
+            start += BLOCK
+        return True
 
     cdef const Held *held(self) noexcept nogil:
         return NULL if self.bounds is None else &self.bounds.held
@@ -336,11 +373,9 @@ cdef class Region:
                 part[k] = share * step[k]
             there.surface = local.surface
             KINDS[local.surface.kind].step(&there.surface, part)
-            if self.is_near(&local.surface, &there.surface):
-                self.look(&there)
-                if there.cost <= most:
-                    local[0] = there
-                    return True
+            if self.is_near(&local.surface, &there.surface) and self.look(&there, most):
+                local[0] = there
+                return True
             share *= 0.5
         return False
 
