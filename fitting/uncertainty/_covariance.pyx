@@ -431,32 +431,21 @@ def mixture_ends(
     return result
 
 
-cdef void multiply(const double *a, const double *b, int k, bint turned, double *result) noexcept nogil:
-    """a b, or a b^T, of matrices (k, MOST)."""
-    cdef int i, j, l
-    for i in range(k):
-        for j in range(k):
-            result[i * MOST + j] = 0.0
-            for l in range(k):
-                result[i * MOST + j] += a[i * MOST + l] * (b[j * MOST + l] if turned else b[l * MOST + j])
-
-
 cdef bint principal(
     const double[:, :, ::1] meats, const double[:, ::1] shares, const double[::1] weights,
-    const double[:, ::1] bread, double *directions, double *across
+    const double[:, ::1] bread, double *directions
 ) noexcept nogil:
-    """Directions of a step (k, MOST), in columns, in which the mean covariance is diagonal about the bread.
+    """Directions D (k, MOST), in columns:  bread = D D^T,  and D^T meat D is diagonal for the mean of the meats.
 
-    The columns of `across` have the product 1 with their own direction, and 0 with the others. False where the
-    bread is not positive.
+    False where the bread is not positive. Along D, which is the bread times what measures a step along each, the
+    variance of an explanation is d^T meat d: the inverse of the bread is not needed.
     """
-    cdef int k = bread.shape[0], a, b, r
+    cdef int k = bread.shape[0], a, b, c, r
     cdef Py_ssize_t t
     cdef double share
     cdef double[MOST] sizes
     cdef double[MOST * MOST] mean
     cdef double[MOST * MOST] root
-    cdef double[MOST * MOST] inverse
     cdef double[MOST * MOST] some
     cdef double[MOST * MOST] turn
     if not scaled(bread, sizes, mean):
@@ -464,9 +453,7 @@ cdef bint principal(
     diagonalize(mean, k, turn)
     for a in range(k):
         for b in range(k):
-            share = sqrt(max(mean[b * (MOST + 1)], EPS))
-            root[a * MOST + b] = sizes[a] * turn[a * MOST + b] * share
-            inverse[b * MOST + a] = turn[a * MOST + b] / (share * sizes[a])
+            root[a * MOST + b] = sizes[a] * turn[a * MOST + b] * sqrt(max(mean[b * (MOST + 1)], EPS))
     for a in range(k):
         for b in range(k):
             mean[a * MOST + b] = 0.0
@@ -479,41 +466,39 @@ cdef bint principal(
                 mean[a * MOST + b] += share * meats[r, a, b]
     for a in range(k):
         for b in range(k):
-            turn[a * MOST + b] = bread[a, b]
-    multiply(inverse, turn, k, False, some)  # in inverse bread mean bread inverse^T the bread is symmetric
-    multiply(some, mean, k, False, across)
-    multiply(across, some, k, True, mean)
+            some[a * MOST + b] = 0.0
+            for c in range(k):
+                some[a * MOST + b] += mean[a * MOST + c] * root[c * MOST + b]
+    for a in range(k):
+        for b in range(a + 1):
+            mean[a * MOST + b] = 0.0
+            for c in range(k):
+                mean[a * MOST + b] += root[c * MOST + a] * some[c * MOST + b]
+            mean[b * MOST + a] = mean[a * MOST + b]
     diagonalize(mean, k, turn)
-    multiply(root, turn, k, False, directions)
     for a in range(k):
         for b in range(k):
-            across[a * MOST + b] = 0.0
-            for r in range(k):
-                across[a * MOST + b] += inverse[r * MOST + a] * turn[r * MOST + b]
+            directions[a * MOST + b] = 0.0
+            for c in range(k):
+                directions[a * MOST + b] += root[a * MOST + c] * turn[c * MOST + b]
     return True
 
 
 cdef void spread_along(
-    const double[:, :, ::1] meats, const double[:, ::1] shares, const double[:, ::1] bread, const double *across,
-    double *deviations
+    const double[:, :, ::1] meats, const double[:, ::1] shares, const double *directions, double *deviations
 ) noexcept nogil:
-    """Standard deviations (k, T) of the explanations along each of the columns of `across` (k, MOST)."""
-    cdef int k = bread.shape[0], a, b, c, r, parts = shares.shape[1]
+    """Standard deviations (k, T) of the explanations along directions (k, MOST) of `principal`."""
+    cdef int k = meats.shape[1], a, b, c, r, parts = shares.shape[1]
     cdef Py_ssize_t t, explanations = shares.shape[0]
-    cdef double[MOST] way
     cdef double square
     for c in range(k):
-        for a in range(k):
-            way[a] = 0.0
-            for b in range(k):
-                way[a] += bread[a, b] * across[b * MOST + c]
         for t in range(explanations):
             deviations[c * explanations + t] = 0.0
         for r in range(parts):
             square = 0.0
             for a in range(k):
                 for b in range(k):
-                    square += way[a] * meats[r, a, b] * way[b]
+                    square += directions[a * MOST + c] * meats[r, a, b] * directions[b * MOST + c]
             for t in range(explanations):
                 deviations[c * explanations + t] += shares[t, r] * square
         for t in range(explanations):
@@ -529,13 +514,12 @@ def mixed(
     cdef Py_ssize_t parts = shares.shape[0]
     cdef double[MOST] ends
     cdef double[MOST * MOST] directions
-    cdef double[MOST * MOST] across
     cdef double *room = room_for((k + 5) * parts)
     result = np.zeros((k, k))
     cdef double[:, ::1] view = result
     with nogil:
-        if principal(meats, shares, weights, bread, directions, across):
-            spread_along(meats, shares, bread, across, room)
+        if principal(meats, shares, weights, bread, directions):
+            spread_along(meats, shares, directions, room)
             find_ends(room, &weights[0], k, parts, free_squares, share, room + k * parts, ends)
             for a in range(k):
                 for b in range(k):
