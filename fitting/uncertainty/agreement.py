@@ -67,15 +67,25 @@ class Agreement:
         """From explanations of residuals that have this variance."""
         weight, white = _weights(found), found.white**2
         likely = weight > EPS**2  # what is less likely shows nowhere
-        table = np.zeros((5, len(weight)))  # the last explanation has no fields
-        table[0, 0], table[0, -1] = 1.0, found.apart_white**2 / variance
-        table[0, 1:-1] = np.minimum(white[1:] / variance, 1.0)
-        table[1, :-1], table[2, :-1] = white * found.rough_size**2, found.rough_range
-        table[3, :-1], table[4, :-1] = white * found.smooth_size**2, found.smooth_range
+        own = np.ones(len(weight))
+        own[1:-1], own[-1] = np.minimum(white[1:] / variance, 1.0), found.apart_white**2 / variance
+        sizes = white * found.rough_size**2, white * found.smooth_size**2
+        fields = sizes[0], found.rough_range, sizes[1], found.smooth_range
+        table = np.zeros((len(fields), len(weight)))  # the last explanation has none
+        table[:, :-1] = fields
         correlation = _correlation(found, weight, extent, len(patch), variance)
-        own, rough, rough_range, smooth, smooth_range = table[:, likely]
+        rough, rough_range, smooth, smooth_range = table[:, likely]
         return cls(
-            patch, seen, extent, weight[likely], own, rough, rough_range, smooth, smooth_range, correlation
+            patch,
+            seen,
+            extent,
+            weight[likely],
+            own[likely],
+            rough,
+            rough_range,
+            smooth,
+            smooth_range,
+            correlation,
         )
 
     def fields(self, rows: Array, gain: Array, feet: Array) -> Array:
