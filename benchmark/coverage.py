@@ -28,7 +28,8 @@ from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
-from primfit.fitting.solver.refine import linearize
+from primfit.fitting.solver.refine import CODES, linearize
+from primfit.fitting.uncertainty._profile import numbers
 from primfit.fitting.uncertainty.intervals import spread
 from primfit.fitting.uncertainty.values import Uncertainty
 from primfit.fitting.uncertainty.warnings import HALF_TURN, SHORT_ARC, WEAK_AXIS, WEAK_SIZE
@@ -259,7 +260,7 @@ def cramer_rao(drawn: Scene) -> Array:
     frame = Frame.of(drawn.points)
     truth = frame.bring(drawn.truth).canonical(np.zeros(3))
     rows = linearize(truth, frame.normalize(feet(drawn.truth, drawn.points)))[1]
-    by_step = truth.derivative(np.zeros(3))
+    by_step = numbers(CODES[truth.kind], truth.row(), np.zeros(3))[1]
     units = np.where([is_length(name) for name in names_of(truth.kind)], frame.scale, 1.0)
     by_step, rows = units[:, None] * by_step, rows * (frame.scale / drawn.sigma)[:, None]
     _, sizes, directions = np.linalg.svd(rows, full_matrices=False)

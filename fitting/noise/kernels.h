@@ -32,6 +32,19 @@ EVERYWHERE double weight_of(int kernel, double squared)
     return 1.0;
 }
 
+/* rho''(x): what the pull of a residual grows by. */
+EVERYWHERE double slope_of(int kernel, double squared)
+{
+    const double share = squared / (CUTOFF * CUTOFF), wider = 1.0 + squared;
+    if (kernel == GEMAN_MCCLURE)
+        return (1.0 - 3.0 * squared) / (wider * wider * wider);
+    if (kernel == TUKEY)
+        return share < 1.0 ? (1.0 - share) * (1.0 - 5.0 * share) : 0.0;
+    if (kernel == HUBER)
+        return squared <= 1.0 ? 1.0 : 0.0;
+    return 1.0;
+}
+
 EVERYWHERE double sum_of_costs(int kernel, double inverse, const double *restrict d, ptrdiff_t n)
 {
     double total = 0.0;

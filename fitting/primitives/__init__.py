@@ -1,6 +1,7 @@
 """The table of the primitives, and the numbers of an answer by name."""
 
 from dataclasses import fields
+from functools import cache
 from importlib import import_module
 
 import numpy as np
@@ -29,16 +30,19 @@ def parameters(primitive: Primitive) -> dict[str, str | float | list[float]]:
     return values
 
 
+@cache
 def parameters_of(kind: str) -> tuple[str, ...]:
     """The names of a kind's parameters, in the order of its answer."""
     return tuple(field.name for field in fields(PRIMITIVES[kind]))  # type: ignore[arg-type]
 
 
+@cache
 def direction_of(kind: str) -> str | None:
     """The name of its axis or normal, or None where it has none."""
     return next((name for name in parameters_of(kind) if name in DIRECTIONS), None)
 
 
+@cache
 def names_of(kind: str) -> tuple[str, ...]:
     """The numbers of a kind in the order of its answer, vectors by component: `axis.x`, `radius`."""
     names: list[str] = []
@@ -60,7 +64,7 @@ def is_length(name: str) -> bool:
 def values_of(primitive: Primitive) -> Array:
     """The numbers of a primitive in the order of `names_of`."""
     numbers: list[float] = []
-    for field in fields(primitive):  # type: ignore[arg-type]
-        value = getattr(primitive, field.name)
-        numbers += value.tolist() if field.name in VECTORS else [value]
+    for name in parameters_of(primitive.kind):
+        value = getattr(primitive, name)
+        numbers += value.tolist() if name in VECTORS else [value]
     return np.array(numbers)

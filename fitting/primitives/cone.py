@@ -111,20 +111,6 @@ class Cone(Primitive):
         feet = seen.placed(a / 2.0, b / 2.0)
         return rows(side[:, None] * seen.axes, feet, angles, offset=-side * apex * np.sin(angles))
 
-    def derivative(self, center: Array) -> Array:
-        """apex = f + s - offset / sin(angle) (a + t)."""
-        row = self.row()
-        axis, angle, offset = row[:3], row[6], row[8]
-        across, sine = np.stack(basis(axis), axis=1), np.sin(angle)
-        result = np.zeros((7, 6))
-        result[:3, :2] = -offset / sine * across
-        result[:3, 2:4] = across
-        result[:3, 4] = offset * np.cos(angle) / sine**2 * axis
-        result[:3, 5] = -axis / sine
-        result[3:6, :2] = across
-        result[6, 4] = 1.0
-        return result
-
     @staticmethod
     def impose(row: Array, points: Array, limits: Limited) -> None:
         """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""

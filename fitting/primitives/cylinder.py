@@ -86,18 +86,6 @@ class Cylinder(Primitive):
         x, y, radii = circles(seen.x, seen.y, rounds)
         return rows(seen.axes, seen.placed(x, y), offset=radii)
 
-    def derivative(self, center: Array) -> Array:
-        """a' = a + t, f' = f + s - (t . f) a, p = f + ((c - f) . a) a, where (t . f) a drops out."""
-        row = self.row()
-        axis, relative = row[:3], center - row[3:6]
-        across = np.stack(basis(axis), axis=1)
-        result = np.zeros((7, 5))
-        result[:3, :2] = across
-        result[3:6, :2] = np.outer(axis, relative @ across) + (relative @ axis) * across
-        result[3:6, 2:4] = across
-        result[6, 4] = 1.0
-        return result
-
     @staticmethod
     def impose(row: Array, points: Array, limits: Limited) -> None:
         """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""

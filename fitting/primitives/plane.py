@@ -69,17 +69,6 @@ class Plane(Primitive):
         directions = np.vstack([vectors[:, 0], across[wide] / length[wide, None]])
         return rows(directions, np.vstack([center, corners[wide, 0]]))
 
-    def derivative(self, center: Array) -> Array:
-        """n' = n + t, p = c - (c . n - h) n with h = f . n, for a tilt t and the centre c."""
-        row = self.row()
-        normal, height = row[:3], row[3:6] @ row[:3]
-        result = np.zeros((6, 3))
-        tilts = np.stack(basis(normal), axis=1)
-        result[:3, :2] = tilts
-        result[3:, :2] = (height - center @ normal) * tilts - np.outer(normal, center @ tilts)
-        result[3:, 2] = normal
-        return result
-
     @staticmethod
     def impose(row: Array, points: Array, limits: Limited) -> None:
         """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""

@@ -137,14 +137,6 @@ class Primitive(Protocol):
 
     # -- steps and limits -----------------------------------------------------------------------------------
 
-    def derivative(self, center: Array) -> Array:
-        """Derivatives (P, dof) of the numbers of an answer by a step, in the frame of the steps.
-
-        The `point` of a plane or a cylinder is the one closest to `center`. The numbers are those of
-        `values_of`; in formulas t is a tilt, s a shift, f the foot of the origin on the axis.
-        """
-        ...
-
     @staticmethod
     def impose(row: Array, points: Array, limits: Limited) -> None:
         """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""

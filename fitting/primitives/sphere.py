@@ -75,10 +75,6 @@ class Sphere(Primitive):
         radii = np.sqrt(np.maximum(solution[:, 3] + np.einsum("ki,ki->k", centers, centers), 1e-12))
         return rows(np.broadcast_to(Z_AXIS, centers.shape), centers, offset=radii)
 
-    def derivative(self, center: Array) -> Array:
-        """The numbers are the coordinates of a step."""
-        return np.eye(4)
-
     @staticmethod
     def impose(row: Array, points: Array, limits: Limited) -> None:
         """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""

@@ -187,17 +187,6 @@ class Torus(Primitive):
             axes, on_axis + major[:, None] * towards, major=major, offset=cylinders[:, 8] + found[:, 6]
         )
 
-    def derivative(self, center: Array) -> Array:
-        """Centre and axis move as the step says, and the radii."""
-        row = self.row()
-        axis = row[:3]
-        across = np.stack(basis(axis), axis=1)
-        result = np.zeros((8, 7))
-        result[:3, 2:4], result[:3, 4] = across, axis
-        result[3:6, :2] = across
-        result[6, 5] = result[7, 6] = 1.0
-        return result
-
     @staticmethod
     def impose(row: Array, points: Array, limits: Limited) -> None:
         """Bring a row (9,) within limits, as near to the points (N, 3) as a linear step brings it."""

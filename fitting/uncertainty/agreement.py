@@ -7,13 +7,16 @@ range and of its variance differs as much from patch to patch, and its shorter i
 """
 
 from dataclasses import dataclass
+from functools import cached_property
+from math import log
 from typing import Self
 
 import numpy as np
 
 from ..cloud.patches import PATCHES
-from ..fields.fields import Explanations
+from ..fields.fields import EPS, Explanations
 from ..geometry.vectors import Array
+from . import _covariance
 
 FIELDS = 0.2
 """Probability, before anything is known, of a rough field, and of a smooth one; sizes and ranges alike. Less
@@ -63,55 +66,51 @@ class Agreement:
     ) -> Self:
         """From explanations of residuals that have this variance."""
         weight, white = _weights(found), found.white**2
-        likely = weight > 0.0
-        own = np.append(np.minimum(white / variance, 1.0), found.apart_white**2 / variance)
-        own[0] = 1.0
-
-        def column(values: Array) -> Array:
-            """Of explanations that may be, the last of which has no fields."""
-            return np.append(values, 0.0)[likely]
-
+        likely = weight > EPS**2  # what is less likely shows nowhere
+        own = np.ones(len(weight))
+        own[1:-1], own[-1] = np.minimum(white[1:] / variance, 1.0), found.apart_white**2 / variance
+        sizes = white * found.rough_size**2, white * found.smooth_size**2
+        fields = sizes[0], found.rough_range, sizes[1], found.smooth_range
+        table = np.zeros((len(fields), len(weight)))  # the last explanation has none
+        table[:, :-1] = fields
+        correlation = _correlation(found, weight, extent, len(patch), variance)
+        rough, rough_range, smooth, smooth_range = table[:, likely]
         return cls(
             patch,
             seen,
             extent,
             weight[likely],
             own[likely],
-            column(white * found.rough_size**2),
-            column(found.rough_range),
-            column(white * found.smooth_size**2),
-            column(found.smooth_range),
-            _correlation(found, weight, extent, len(patch), variance),
+            rough,
+            rough_range,
+            smooth,
+            smooth_range,
+            correlation,
         )
 
-    def meats(self, independent: Array, rows: Array, feet: Array) -> Array:
-        """Covariances (T, k, k) of the sum of the rows (M, k), from the one under independent noise."""
-        _, place, count = np.unique(self.patch[self.seen], return_inverse=True, return_counts=True)
-        total = _sums(place, rows[self.seen])
-        middle = _sums(place, feet[self.seen]) / count[:, None]
-        apart = np.sqrt(np.sum((middle[:, None] - middle) ** 2, axis=2)) / self.extent
-        meats = self.own[:, None, None] * independent
-        for span, variance in _by_range(self.rough_range, self.rough):
-            meats += variance * (total.T @ np.exp(-apart / span) @ total)
-        middled = total - np.outer(count / count.sum(), total.sum(axis=0))
-        for span, variance in _by_range(self.smooth_range, self.smooth):
-            some = middled if span >= 1.0 else total  # a part deviates by 0 in the mean
-            meats += variance * (some.T @ np.exp(-0.5 * (apart / span) ** 2) @ some)
-        return np.asarray(meats)
+    def fields(self, rows: Array, gain: Array, feet: Array) -> Array:
+        """Covariances (R - 1, k, k) of the sum of  gain r  under the fields, each of variance 1.
 
+        Rows r (k, M) and gains (M,) are those of the points, whose feet (3, M) are on the surface.
+        """
+        return _covariance.fields(
+            rows, gain, feet, self.patch, self.seen.view(np.uint8), self.extent, *map(np.array, self._spans)
+        )
 
-def _by_range(ranges: Array, variance: Array) -> list[tuple[float, Array]]:
-    """Each range among (T,) of them, and the variances (T, 1, 1) of the fields that have it."""
-    spans = np.unique(ranges[ranges > 0.0])
-    return [(float(span), np.where(ranges == span, variance, 0.0)[:, None, None]) for span in spans]
+    @cached_property
+    def shares(self) -> Array:
+        """(T, R) parts of each explanation: of independent noise, and the variances of the fields."""
+        rough, smooth = self._spans
+        columns = [self.own]
+        columns += [np.where(self.rough_range == span, self.rough, 0.0) for span in rough]
+        columns += [np.where(self.smooth_range == span, self.smooth, 0.0) for span in smooth]
+        return np.stack(columns, axis=1)
 
-
-def _sums(place: np.ndarray, rows: Array) -> Array:
-    """Of the rows (M, k) at the same place."""
-    sums = np.zeros((int(place.max()) + 1, rows.shape[1]))
-    for sum_, column in zip(sums.T, rows.T, strict=True):
-        sum_[:] = np.bincount(place, column)
-    return sums
+    @cached_property
+    def _spans(self) -> tuple[list[float], list[float]]:
+        """The ranges of rough fields, and of smooth ones."""
+        rough, smooth = (sorted(set(each.tolist()) - {0.0}) for each in (self.rough_range, self.smooth_range))
+        return rough, smooth
 
 
 def _weights(found: Explanations) -> Array:
@@ -121,12 +120,11 @@ def _weights(found: Explanations) -> Array:
     """
     rough, smooth = found.rough_range > 0.0, found.smooth_range > 0.0
     held = found.rough_range < 1.0
-    each = [np.log(FIELDS / np.count_nonzero(held & some)) for some in (rough & ~smooth, smooth & ~rough)]
-    prior = np.where(rough, each[0], np.log(1.0 - FIELDS)) + np.where(smooth, each[1], np.log(1.0 - FIELDS))
-    logs = np.append(
-        np.where(held, found.log_evidence + prior, -np.inf),
-        found.apart + np.log(FIELDS) + np.log(1.0 - FIELDS),
-    )
+    each = [log(FIELDS / np.count_nonzero(held & some)) for some in (rough & ~smooth, smooth & ~rough)]
+    prior = np.where(rough, each[0], log(1.0 - FIELDS)) + np.where(smooth, each[1], log(1.0 - FIELDS))
+    logs = np.empty(len(held) + 1)
+    logs[:-1] = np.where(held, found.log_evidence + prior, -np.inf)
+    logs[-1] = found.apart + log(FIELDS) + log(1.0 - FIELDS)
     weights = np.exp(logs - logs.max())
     return np.asarray(weights / weights.sum())
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from ..extents.values import Extents
-from ..primitives import SIZES, names_of, values_of
+from ..primitives import SIZES, values_of
 from ..primitives.primitive import Primitive
 from ..search.finished import Finished
 from ..verdict.evidence import Evidence
@@ -28,15 +28,14 @@ def uncertainty_of(
     if finished.kernel is None:
         return None
     optimum, arcs = Optimum.of(finished, evidence), {} if extents is None else extents.arcs
-    linear, names = optimum.linear(), names_of(answer.kind)
-    steps = optimum.covariance(linear)
+    steps, names = optimum.covariance(optimum.linear), optimum.layout.names
     if steps is None:
         warnings = warnings_of(_findings(optimum, arcs))
         return Uncertainty("unknown", None, names, None, {}, None, None, warnings)
-    by_step, quantile = optimum.by_step(), optimum.quantile(steps)
+    by_step, quantile = optimum.by_step, optimum.quantile(steps)
     covariance = by_step @ steps.matrix @ by_step.T
-    profiles = Profiles.of(optimum, steps, linear.feet)
-    intervals = intervals_of(optimum, steps, names, values_of(answer), covariance, profiles)
+    profiles = Profiles.of(optimum, steps)
+    intervals = intervals_of(optimum, values_of(answer), covariance, quantile, profiles)
     direction = direction_of(optimum, steps, quantile, profiles)
     correlation = _correlation(steps, evidence.cloud.frame.scale)
     return Uncertainty(

@@ -13,22 +13,50 @@ explanations has its own B; the covariance is the one whose 95 % intervals are t
 """
 
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from math import sqrt
 from typing import Self
 
 import numpy as np
 
 from ..cloud.patches import PATCHES
 from ..geometry.vectors import Array
-from ..primitives.primitive import Primitive
+from ..noise.kernels import Kernel
+from ..primitives import PRIMITIVES
+from ..solver.refine import CODES
+from . import _covariance
 from .agreement import Agreement, Correlation
-from .mixture import mixed
-from .profile import Cost
 
 MOST_LEVERAGE = 0.9
 """A point counts as determining at most this much of its own distance."""
 
 UNDETERMINED = 1e-14
 """Relative size of an eigenvalue of A below which a direction is not determined at all."""
+
+SHARE = 0.95
+"""Of the cases an interval holds."""
+
+
+@cache
+def quantile(free: float | None) -> float:
+    """Half of an interval in standard deviations that are estimated with so many degrees of freedom.
+
+    None stands for a standard deviation that is known.
+    """
+    from scipy.special import ndtri, stdtrit
+
+    upper = 0.5 + 0.5 * SHARE
+    return float(ndtri(upper) if free is None else stdtrit(free, upper))
+
+
+@dataclass(frozen=True, eq=False)
+class Cost:
+    """The cost  sum rho(f d / scale)  over points (N, 3), with factors f (N,) where they have any."""
+
+    points: Array
+    kernel: Kernel
+    scale: float
+    factors: Array | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,60 +87,61 @@ class Linear:
 
     Attributes
     ----------
-    feet : (M, 3) the closest points of the surface
-    rows : (M, k) factors times derivatives, in the free directions
-    free : (dof, k) those directions, orthonormal
+    rows : (k, M) factors times derivatives, in the free directions
+    free : (dof, k) those directions, orthonormal; None where they are the components of a step
     distance : (M,) factors times distances
     pull, slope : (M,) of the kernel
     gain : (M,) the derivative of the pull by the distance of the point
+    feet : (3, M) the closest points of the surface
     """
 
-    feet: Array
     rows: Array
-    free: Array
+    free: Array | None
     distance: Array
     pull: Array
     slope: Array
     gain: Array
+    feet: Array
     copies: float
 
     @classmethod
-    def of(cls, primitive: Primitive, cost: Cost, distance: Array, jacobian: Array, copies: float) -> Self:
-        """In all directions, from the distances (M,) of the points and their derivatives (M, dof)."""
-        feet = cost.points - distance[:, None] * primitive.gradient(cost.points)
-        if cost.factors is not None:
-            distance, jacobian = cost.factors * distance, cost.factors[:, None] * jacobian
-        squared = (distance / cost.scale) ** 2
-        pull, slope = cost.kernel.weight(squared) * distance, cost.kernel.slope(squared)
-        gain = slope if cost.factors is None else cost.factors * slope
-        return cls(feet, jacobian, np.eye(primitive.dof), distance, pull, slope, gain, copies)
+    def of(cls, kind: str, row: Array, cost: Cost, copies: float) -> Self:
+        """At the surface of a row (9,), in all directions."""
+        table = _covariance.linearized(CODES[kind], row, cost.points, cost.kernel, cost.scale, cost.factors)
+        dof = PRIMITIVES[kind].dof
+        distance, pull, slope, gain = table[dof : dof + 4]
+        return cls(table[:dof], None, distance, pull, slope, gain, table[dof + 4 :], copies)
 
     def within(self, free: Array) -> Self:
         """In these directions (dof, k), orthonormal, only."""
-        return replace(self, rows=self.rows @ free, free=free)
+        return replace(self, rows=free.T @ self.rows, free=free)
 
+    @property
+    def steps(self) -> int:
+        """How many are free."""
+        return len(self.rows)
+
+    @property
+    def points(self) -> float:
+        """How many those that are looked at stand for."""
+        return self.copies * self.rows.shape[1]
+
+    @cached_property
+    def square(self) -> Array:
+        """A, (k, k)."""
+        return self.copies * _covariance.weighted_products(self.rows, self.slope)
+
+    @cached_property
     def bread(self) -> Array | None:
         """The inverse of A in the free directions, or None where the points leave one open."""
-        square = self.copies * (self.rows.T @ (self.slope[:, None] * self.rows))
-        sizes = np.sqrt(np.maximum(square.diagonal(), 0.0))
-        if not (sizes > 0.0).all():
-            return None
-        if not len(sizes):  # nothing is free, and nothing uncertain
-            return square
-        units = sizes[:, None] * sizes
-        scaled = square / units
-        if not np.linalg.eigvalsh(scaled)[0] > UNDETERMINED:
-            return None
-        inverse = np.linalg.inv(scaled) / units
-        return np.asarray(0.5 * (inverse + inverse.T))
+        return _covariance.inverted(self.square, UNDETERMINED)
 
     def known(self, noise: float) -> StepCovariance | None:
         """Under independent noise of a known standard deviation."""
-        bread = self.bread()
-        if bread is None:
+        if self.bread is None:
             return None
-        meat = noise**2 * self.copies * (self.rows.T @ self.rows)
-        return self._lifted(bread @ meat @ bread, bread, noise, self.copies * len(self.rows))
+        meat = noise**2 * self.copies * (self.rows @ self.rows.T)
+        return self._lifted(self.bread @ meat @ self.bread, noise)
 
     def equal(self, inlier: np.ndarray) -> StepCovariance | None:
         """Under independent noise, the same at each point, estimated from what is left over.
@@ -120,45 +149,64 @@ class Linear:
         Where points are few, the core that a kernel keeps may be much narrower than the noise: so the
         inliers count with their distances, whatever the kernel makes of them.
         """
-        spare = len(self.rows) - self.rows.shape[1]
+        spare = self.rows.shape[1] - self.steps
         left = np.where(inlier, self.distance, self.pull)
-        return self.known(float(np.sqrt(left @ left / spare))) if spare > 0 else None
+        return self.known(sqrt(left @ left / spare)) if spare > 0 else None
 
     def uneven(self, agreement: Agreement | None) -> StepCovariance | None:
         """Under noise that may differ from point to point and agree between neighbours."""
-        bread = self.bread()
+        bread = self.bread
         if bread is None:
             return None
-        leverage = self.copies * self.slope * np.einsum("ij,ij->i", self.rows @ bread, self.rows)
-        squared = self.pull**2 / (1.0 - np.clip(leverage, 0.0, MOST_LEVERAGE))
-        independent = self.copies * (self.rows.T @ (squared[:, None] * self.rows))
-        noise, points = float(np.sqrt(squared.mean())), self.copies * len(self.rows)
+        independent, square = _covariance.uneven(
+            self.rows, self.pull, self.slope, bread, self.copies, MOST_LEVERAGE
+        )
+        independent, noise = self.copies * independent, sqrt(square)
+        alone = bread @ independent @ bread
         if agreement is None:
-            return self._lifted(bread @ independent @ bread, bread, noise, points)
-        estimates = float(min(points, PATCHES))
-        meats = agreement.meats(independent, self.copies * self.gain[:, None] * self.rows, self.feet)
-        free = max(estimates - self.rows.shape[1], 1.0)
-        matrix, count = mixed(bread @ meats @ bread, agreement.weight, bread, free), points
+            return self._lifted(alone, noise)
+        estimates, points = min(self.points, float(PATCHES)), self.points
+        fields = self.copies**2 * agreement.fields(self.rows, self.gain, self.feet)
+        meats = np.concatenate([independent[None], fields])
+        free = max(int(estimates) - self.steps, 1)
+        matrix = mixed(meats, agreement.shares, agreement.weight, bread, free)
         if agreement.correlation is not None:
-            count = min(points * _alike(bread @ independent @ bread, matrix, bread), points)
-        found = self._lifted(matrix, bread, noise, count)
-        return replace(found, correlation=agreement.correlation, estimates=estimates)
+            points = min(points * _alike(alone, matrix, self.square), points)
+        return self._lifted(matrix, noise, points, estimates, agreement.correlation)
 
     def _lifted(
         self,
         matrix: Array,
-        bread: Array,
         noise: float,
-        effective: float,
+        effective: float | None = None,
+        estimates: float | None = None,
+        correlation: Correlation | None = None,
     ) -> StepCovariance:
-        free = self.free
-        return StepCovariance(
-            free @ matrix @ free.T, free @ bread @ free.T, noise, effective, self.copies * len(self.rows)
-        )
+        """In all directions, of covariances in the free ones; figures that are not given are all points."""
+        bread, free, points = self.bread, self.free, self.points
+        assert bread is not None
+        if free is not None:
+            matrix, bread = free @ matrix @ free.T, free @ bread @ free.T
+        return StepCovariance(matrix, bread, noise, effective or points, estimates or points, correlation)
 
 
-def _alike(independent: Array, found: Array, bread: Array) -> float:
+def _alike(independent: Array, found: Array, known: Array) -> float:
     """The variance of steps under independent noise over what was found, in the mean over what is known."""
-    known = np.linalg.inv(bread)
-    total = float(np.sum(found * known))
-    return float(np.sum(independent * known)) / total if total > 0.0 else 1.0
+    total = float(np.vdot(found, known))
+    return float(np.vdot(independent, known)) / total if total > 0.0 else 1.0
+
+
+def mixed(meats: Array, shares: Array, weights: Array, bread: Array, free: int) -> Array:
+    """The covariance (k, k) whose 95 % intervals are those of a mixture, in its principal directions.
+
+    One of T covariances holds, each with its probability. A mean of them would not do: an unlikely one that
+    is a thousand times as large would make every interval long, while the interval that holds 95 % of the
+    cases hardly needs it.
+
+    Parameters
+    ----------
+    meats, shares : (R, k, k) and (T, R); B of an explanation is the sum of its shares of the meats
+    weights : (T,) probabilities of the explanations, each of Student's t with `free` degrees of freedom
+    bread : (k, k) the inverse of A, about which principal directions of the mean covariance are looked for
+    """
+    return _covariance.mixed(meats, shares, weights, bread, free, SHARE, quantile(free))

@@ -1,18 +1,18 @@
 """95 % intervals of the numbers of an answer, and of its direction and position."""
 
 from dataclasses import dataclass, replace
-from functools import partial
+from math import hypot, sqrt
 from typing import Self
 
 import numpy as np
 
 from ..geometry.vectors import Array, basis
-from ..primitives import DIRECTIONS, SIZES, names_of, parameters_of, values_of
 from ..primitives import direction_of as name_of_direction
+from ..primitives import parameters_of
 from ..primitives.primitive import Primitive
+from . import _profile
 from .covariance import StepCovariance
 from .optimum import Optimum
-from .profile import Local, profile_end
 from .values import Interval, Spread
 from .warnings import MOST_TURNED
 
@@ -35,15 +35,6 @@ the smaller over the larger one."""
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """A surface with the model of the cost there and its numbers (P,), in the frame of the steps."""
-
-    surface: Primitive
-    local: Local
-    values: Array
-
-
-@dataclass(frozen=True, eq=False)
 class Profiles:
     """Ends of the profiles of numbers of an optimum, each looked for from the farthest surface seen so far.
 
@@ -54,71 +45,46 @@ class Profiles:
     optimum: Optimum
     steps: StepCovariance
     quantile: float
-    seen: list[Seen]
+    region: _profile.Region
 
     @classmethod
-    def of(cls, optimum: Optimum, steps: StepCovariance, feet: Array) -> Self | None:
-        """None where linearised intervals are near enough; `feet` (N, 3) of the points on the surface."""
+    def of(cls, optimum: Optimum, steps: StepCovariance) -> Self | None:
+        """None where linearised intervals are near enough."""
         quantile = optimum.quantile(steps)
-        if optimum.exact or not _is_curved(optimum, steps, quantile, feet):
+        if optimum.exact or not _is_curved(optimum, steps, quantile):
             return None
-        profiles = cls(optimum, steps, quantile, [])
-        profiles.seen.append(profiles._look_at(optimum.primitive, optimum.cost.near(optimum.primitive)))
+        profiles = cls(optimum, steps, quantile, optimum.region())
         profiles._look_around()
         return profiles
 
     def _look_around(self) -> None:
         """Ends of the sizes, and of positions along their least certain directions."""
-        names = names_of(self.optimum.primitive.kind)
-        by_step = self.optimum.primitive.derivative(self.optimum.center)
+        by_step = self.optimum.numbers[1]
         covariance = by_step @ self.steps.matrix @ by_step.T
-        for vector in dict.fromkeys(name.split(".")[0] for name in names):
-            places = [i for i, name in enumerate(names) if name.split(".")[0] == vector]
-            if vector not in DIRECTIONS and covariance[places, places].max() > 0.0:
-                weights = np.zeros(len(names))
-                weights[places] = np.linalg.eigh(covariance[np.ix_(places, places)])[1][:, -1]
+        for numbers in self.optimum.layout.vectors:
+            among = covariance[numbers, numbers]
+            if among.max() > 0.0:
+                weights = np.zeros(len(covariance))
+                weights[numbers] = np.linalg.eigh(among)[1][:, -1] if len(among) > 1 else 1.0
                 self.ends(weights)
 
-    def ends(self, weights: Array) -> list[Primitive | None]:
-        """Where a sum of the numbers with these weights (P,) is least, and largest; None for an open end."""
-        row = self._gradient(weights, self.optimum.primitive)
+    def ends(self, weights: Array) -> tuple[Array | None, Array | None]:
+        """The numbers (P,), in the frame of the steps, where their sum with these weights (P,) is least, and
+        where it is largest; None for an open end."""
+        row = weights @ self.optimum.numbers[1]
         variance, bread = float(row @ self.steps.matrix @ row), float(row @ self.steps.bread @ row)
-        cost, least = self.optimum.cost, self.seen[0].local.cost
         noise = max(variance / bread, self.steps.noise**2) / self.optimum.copies
-        most = least + 0.5 * self.quantile**2 * noise / cost.scale**2
-        found: list[Primitive | None] = []
-        for signed in (-weights, weights):
-            start = max(self.seen, key=partial(_value, signed))
-            half = self.quantile * float(np.sqrt(variance))
-            gradient = partial(self._gradient, signed)
-            end = profile_end(cost, start.surface, start.local, gradient, half, least, most)
-            # A number that has passed infinity has no end either.
-            if end is None or _value(signed, there := self._look_at(*end)) < _value(signed, self.seen[0]):
-                found.append(None)
-                continue
-            self.seen.append(there)
-            found.append(max(there, start, key=partial(_value, signed)).surface)
-        return found
-
-    def _look_at(self, surface: Primitive, local: Local) -> Seen:
-        return Seen(surface, local, values_of(surface.canonical(self.optimum.center)))
-
-    def _gradient(self, weights: Array, surface: Primitive) -> Array:
-        return weights @ surface.derivative(self.optimum.center)
+        rise = 0.5 * self.quantile**2 * noise / self.optimum.cost.scale**2
+        return self.region.ends(weights, self.quantile * sqrt(variance), rise)
 
 
-def _value(weights: Array, seen: Seen) -> float:
-    return float(weights @ seen.values)
-
-
-def _is_curved(optimum: Optimum, steps: StepCovariance, quantile: float, feet: Array) -> bool:
+def _is_curved(optimum: Optimum, steps: StepCovariance, quantile: float) -> bool:
     """Whether the second-order term of a number matters."""
-    names, surface = names_of(optimum.primitive.kind), optimum.primitive
-    by_step, values = surface.derivative(optimum.center), values_of(surface)
+    values, by_step = optimum.numbers
     half = quantile * np.sqrt(np.maximum(np.sum((by_step @ steps.matrix) * by_step, axis=1), 0.0))
-    if any(half[i] > CURVED * values[i] for i, name in enumerate(names) if name in SIZES):
+    if any(half[i] > CURVED * values[i] for i in optimum.layout.sizes):
         return True
-    found = surface.most_curved(feet)
+    found = optimum.primitive.most_curved(optimum.full.feet.T)
     if found is None:
         return False
     weights, length = found
@@ -127,49 +93,39 @@ def _is_curved(optimum: Optimum, steps: StepCovariance, quantile: float, feet: A
 
 
 def intervals_of(
-    optimum: Optimum,
-    steps: StepCovariance,
-    names: tuple[str, ...],
-    values: Array,
-    covariance: Array,
-    profiles: Profiles | None,
+    optimum: Optimum, values: Array, covariance: Array, quantile: float, profiles: Profiles | None
 ) -> dict[str, Interval]:
-    """By name, of all numbers but the components of a direction."""
-    quantile = optimum.quantile(steps)
-    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    """By name, of all numbers (P,) but the components of a direction."""
+    deviations = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
     in_frame = deviations / optimum.units
     held = in_frame <= HELD * in_frame.max()
-    found = {}
-    for i, name in enumerate(names):
-        if name.split(".")[0] in DIRECTIONS:
-            continue
-        value, deviation = float(values[i]), float(deviations[i])
+    found, layout = {}, optimum.layout
+    for i in (i for numbers in layout.vectors for i in range(numbers.start, numbers.stop)):
+        name, value, deviation = layout.names[i], float(values[i]), float(deviations[i])
         if held[i]:
             found[name] = Interval(value, value, 0.0, "held")
         elif profiles is None:
             reach = quantile * deviation
             found[name] = Interval(value - reach, value + reach, deviation, "linear")
         else:
-            ends = profiles.ends(np.eye(len(names))[i])
-            low, high = (None if end is None else float(optimum.numbers(end)[i]) for end in ends)
+            ends = profiles.ends(np.eye(len(values))[i])
+            low, high = (None if end is None else float(optimum.given(end)[i]) for end in ends)
             found[name] = Interval(low, high, deviation, "profile")
-    return found | _at_bounds(optimum, names, values, quantile)
+    return found | _at_bounds(optimum, values, quantile)
 
 
-def _at_bounds(
-    optimum: Optimum, names: tuple[str, ...], values: Array, quantile: float
-) -> dict[str, Interval]:
+def _at_bounds(optimum: Optimum, values: Array, quantile: float) -> dict[str, Interval]:
     """One-sided intervals of the sizes that stand at a bound, from what they would vary by without it."""
     found: dict[str, Interval] = {}
     if optimum.limits is None:
         return found
-    for name, (fixed, upper) in optimum.limits.active(optimum.primitive.row()).items():
+    for name, (fixed, upper) in optimum.limits.active(optimum.row).items():
         steps = None if fixed else optimum.released(name)
         if steps is None:
             continue
-        place = names.index(name)
-        row, value = optimum.by_step()[place], float(values[place])
-        deviation = float(np.sqrt(row @ steps.matrix @ row))
+        place = optimum.layout.names.index(name)
+        row, value = optimum.by_step[place], float(values[place])
+        deviation = sqrt(row @ steps.matrix @ row)
         reach = ONE_SIDED * quantile * deviation
         ends = (max(value - reach, 0.0), value) if upper else (value, value + reach)
         found[name] = Interval(*ends, deviation, "bound")
@@ -196,16 +152,14 @@ def _widened(
     One open end tells nothing: a cone that may be a cylinder turns on beyond it, with its apex at the other
     side.
     """
-    kind = optimum.primitive.kind
-    names = names_of(kind)
-    first = next(i for i, name in enumerate(names) if name.split(".")[0] in DIRECTIONS)
-    direction = optimum.primitive.row()[:3]
-    weights = np.zeros(len(names))
+    first, direction = optimum.layout.direction, optimum.row[:3]
+    assert first is not None
+    weights = np.zeros(len(optimum.layout.names))
     weights[first : first + 3] = np.linalg.eigh(steps.matrix[:2, :2])[1][:, -1] @ np.array(basis(direction))
-    if not any(profiles.ends(weights)):
+    if all(end is None for end in profiles.ends(weights)):
         return replace(found, radius_95=MOST_TURNED)
-    seen = np.array([each.surface.row()[:3] for each in profiles.seen])
-    angle = float(np.arccos(np.minimum(np.abs(seen @ direction), 1.0)).max())
+    cosines = np.abs(profiles.region.rows[:, :3] @ direction)
+    angle = float(np.arccos(np.minimum(cosines, 1.0)).max())
     wider = max(1.0, angle / (quantile * found.standard_deviations[0]))
     return replace(found, radius_95=wider * found.radius_95)
 
@@ -226,7 +180,11 @@ def position_of(
 
 def spread(covariance: Array, quantile: float) -> Spread:
     """Of an offset with a covariance (1, 1) or (2, 2)."""
-    deviations = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[::-1], 0.0))
-    ratio = deviations[1] / deviations[0] if len(deviations) == 2 and deviations[0] > 0.0 else 0.0
-    circle = float(np.interp(ratio, RATIOS, CIRCLES)) / CIRCLES[0]
-    return Spread(quantile * circle * float(deviations[0]), tuple(deviations.tolist()))
+    if len(covariance) == 1:
+        deviation = sqrt(max(float(covariance[0, 0]), 0.0))
+        return Spread(quantile * deviation, (deviation,))
+    (first, mixed), (_, second) = covariance.tolist()
+    middle, half = 0.5 * (first + second), hypot(0.5 * (first - second), mixed)
+    larger, smaller = (sqrt(max(square, 0.0)) for square in (middle + half, middle - half))
+    circle = float(np.interp(smaller / larger if larger > 0.0 else 0.0, RATIOS, CIRCLES)) / CIRCLES[0]
+    return Spread(quantile * circle * larger, (larger, smaller))

@@ -1,29 +1,75 @@
 """An answer as the optimum that it is: which points it minimises what over, and which steps are free."""
 
 from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import Self
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from ..cloud.cloud import WORKING_POINTS, Cloud
 from ..geometry.vectors import Array
 from ..noise.kernels import Kernel
 from ..noise.rounding import ROUNDING_NOISE
-from ..primitives import is_length, names_of, values_of
+from ..primitives import DIRECTIONS, PRIMITIVES, SIZES, is_angle, is_length, names_of
 from ..primitives.primitive import Primitive
+from ..request.constraints import TOUCHES
 from ..search.finished import Finished
-from ..solver.refine import linearize
+from ..solver.refine import CODES
 from ..trial.limits import Limits, moved
 from ..trial.trial import Trial
 from ..verdict.evidence import Evidence
+from . import _profile
 from .agreement import Agreement
-from .covariance import Linear, StepCovariance
-from .mixture import UPPER
-from .profile import Cost
+from .covariance import Cost, Linear, StepCovariance, quantile
 
 UNEVEN = 200
 """Points from which noise that differs from point to point, or agrees between neighbours, can be told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Of the P numbers of a kind.
+
+    Attributes
+    ----------
+    names : (P,) of them
+    lengths : (P,) mask of those that carry the unit of the points
+    sizes : indices of radii and half-angles
+    positions : the first index of each point, which has three coordinates
+    direction : the first index of the axis or normal, or None
+    places, angles : in the row of a surface, of its sizes, and which of these are angles
+    """
+
+    names: tuple[str, ...]
+    lengths: np.ndarray
+    sizes: tuple[int, ...]
+    positions: tuple[int, ...]
+    direction: int | None
+    places: tuple[int, ...]
+    angles: tuple[bool, ...]
+
+    @classmethod
+    @cache
+    def of(cls, kind: str) -> Self:
+        names, numbers = names_of(kind), PRIMITIVES[kind].chart.numbers
+        firsts = {name.split(".")[0]: i for i, name in reversed(list(enumerate(names)))}
+        directions = [i for name, i in firsts.items() if name in DIRECTIONS]
+        return cls(
+            names,
+            np.array([is_length(name) for name in names]),
+            tuple(i for i, name in enumerate(names) if name in SIZES),
+            tuple(sorted(i for name, i in firsts.items() if name not in (*SIZES, *DIRECTIONS))),
+            min(directions, default=None),
+            tuple(place for _, place in numbers.values()),
+            tuple(is_angle(name) for name in numbers),
+        )
+
+    @property
+    def vectors(self) -> list[slice]:
+        """Of the numbers of each point and size, in their order."""
+        starts = {first: slice(first, first + 3) for first in self.positions}
+        starts |= {size: slice(size, size + 1) for size in self.sizes}
+        return [starts[first] for first in sorted(starts)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,22 +78,24 @@ class Optimum:
 
     Attributes
     ----------
-    primitive : in its canonical sign
+    primitive, row : in its canonical sign, and the nine numbers that steps change
     trial : kind, cloud and limits
     cost : what it minimises, over working points or the exact ones among them
     inlier : mask of those points that were not rejected
     exact : the points lie on it within their rounding
     agreement : of the noise of its points, None where it was not looked for
-    full : the linearised cost in all directions
+    full, linear : the linearised cost in all directions, and in those that no limit holds
     """
 
     primitive: Primitive
+    row: Array
     trial: Trial
     cost: Cost
     inlier: np.ndarray
     exact: bool
     agreement: Agreement | None
     full: Linear
+    linear: Linear
 
     @classmethod
     def of(cls, finished: Finished, evidence: Evidence) -> Self:
@@ -64,12 +112,14 @@ class Optimum:
             kernel, scale = Kernel.LEAST_SQUARES, 1.0
             factors = None if factors is None else factors[evidence.exact]
             points, inlier = points[evidence.exact], inlier[evidence.exact]
-        cost = Cost(points, kernel, scale, factors, limits)
+        cost = Cost(points, kernel, scale, factors)
         n = len(cloud.points)
         copies = n / len(cloud.working) if n > WORKING_POINTS and not exact else 1.0
-        linear = Linear.of(primitive, cost, *linearize(primitive, points), copies)
+        row = primitive.row()
+        full = Linear.of(primitive.kind, row, cost, copies)
+        linear = full if limits is None else full.within(limits.free_steps(row))
         agreement = None if exact else _agreement(evidence)
-        return cls(primitive, trial, cost, inlier, exact, agreement, linear)
+        return cls(primitive, row, trial, cost, inlier, exact, agreement, full, linear)
 
     @property
     def cloud(self) -> Cloud:
@@ -86,15 +136,12 @@ class Optimum:
 
     @property
     def dof(self) -> int:
-        return self.linear().rows.shape[1]
-
-    def linear(self) -> Linear:
-        return self._linear(self.limits)
+        return self.linear.steps
 
     def covariance(self, linear: Linear) -> StepCovariance | None:
         """Of a step: of the rounding, of noise that is the same everywhere where points are few, else of
         uneven noise. None where nothing is left to estimate the noise from."""
-        if len(self.cloud.working) <= linear.rows.shape[1]:
+        if len(self.cloud.working) <= linear.steps:
             return None
         if self.exact:
             return linear.known(ROUNDING_NOISE * self.cloud.tolerance)
@@ -103,36 +150,63 @@ class Optimum:
 
     def released(self, name: str) -> StepCovariance | None:
         """The same if the number of this name were free."""
-        return None if self.limits is None else self.covariance(self._linear(self.limits.releasing(name)))
+        if self.limits is None:
+            return None
+        free = self.limits.releasing(name).free_steps(self.row)
+        return self.covariance(self.full.within(free))
 
     def quantile(self, steps: StepCovariance) -> float:
         """Half of a 95 % interval in standard deviations: Student's t, as the noise is estimated."""
-        return float(ndtri(UPPER) if self.exact else stdtrit(max(steps.estimates - self.dof, 1.0), UPPER))
+        return quantile(None if self.exact else max(steps.estimates - self.dof, 1.0))
 
     @property
+    def layout(self) -> Layout:
+        """Which of its numbers is what."""
+        return Layout.of(self.primitive.kind)
+
+    @cached_property
     def units(self) -> Array:
         """What the numbers (P,) of the answer are measured in, over their units in the frame."""
-        names = names_of(self.primitive.kind)
-        return np.where([is_length(name) for name in names], self.cloud.frame.scale, 1.0)
+        return np.where(self.layout.lengths, self.cloud.frame.scale, 1.0)
 
-    def by_step(self) -> Array:
-        """Derivatives (P, dof) of the numbers of the answer, in input units, by a step."""
-        return self.units[:, None] * self.primitive.derivative(self.center)
-
-    @property
+    @cached_property
     def center(self) -> Array:
         """(3,) where the cloud has its origin, in the frame of the steps."""
         return np.zeros(3) if self.limits is None else -self.limits.pivot
 
-    def numbers(self, primitive: Primitive) -> Array:
-        """The numbers (P,), in input units, of a surface in the frame of the steps."""
-        inside = primitive if self.limits is None else moved(primitive, self.limits.pivot)
-        return values_of(self.cloud.frame.restore(inside.canonical(np.zeros(3))))
+    @cached_property
+    def numbers(self) -> tuple[Array, Array]:
+        """The numbers (P,) and their derivatives (P, dof) by a step, in the frame of the steps."""
+        return _profile.numbers(CODES[self.primitive.kind], self.row, self.center)
 
-    def _linear(self, limits: Limits | None) -> Linear:
-        if limits is None:
-            return self.full
-        return self.full.within(limits.free_steps(self.primitive.row()))
+    @property
+    def by_step(self) -> Array:
+        """Derivatives (P, dof) of the numbers of the answer, in input units, by a step."""
+        return self.units[:, None] * self.numbers[1]
+
+    def region(self) -> _profile.Region:
+        """The surfaces about it."""
+        cost, limits = self.cost, self.limits
+        return _profile.Region(
+            CODES[self.primitive.kind],
+            self.row,
+            cost.points,
+            kernel=cost.kernel,
+            scale=cost.scale,
+            factors=cost.factors,
+            bounds=None if limits is None else limits.bounds,
+            touches=TOUCHES,
+            center=self.center,
+            sizes=self.layout.places,
+            angles=self.layout.angles,
+        )
+
+    def given(self, values: Array) -> Array:
+        """Numbers (P,) in the frame of the steps as those of an answer, in input units."""
+        found = self.units * values
+        for first in self.layout.positions:
+            found[first : first + 3] += self.cloud.frame.center - self.cloud.frame.scale * self.center
+        return found
 
 
 def _agreement(evidence: Evidence) -> Agreement | None:

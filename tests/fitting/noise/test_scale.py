@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.noise import scale
 from primfit.fitting.noise.scale import core_scale, is_normal
+from primfit.fitting.search import polish
 from tests.fitting.clouds import EXAMPLES, noisy
 from tests.fitting.noise.spheres import radius_error
 
@@ -36,6 +36,6 @@ def test_without_a_core_outliers_are_noise(monkeypatch: Patch) -> None:
     points = noisy(EXAMPLES["sphere"], 1000, 0.01)
     points[:300] = rng.uniform(-1.0, 2.0, (300, 3))
     assert radius_error(points) < 2e-3
-    monkeypatch.setattr(scale, "CORE", 1e3)
-    monkeypatch.setattr(scale, "CORE_DEVIATION", 1.0)
+    monkeypatch.setattr(polish, "CORE", 1e3)
+    monkeypatch.setattr(polish, "CORE_DEVIATION", 1.0)
     assert radius_error(points) > 1e-2

@@ -28,9 +28,9 @@ def arc(degrees: float, n: int, sigma: float, seed: int) -> Array:
     return points + sigma * rng.standard_normal((n, 1)) * cylinder.gradient(points)
 
 
-def flat(n: int, rng: np.random.Generator) -> tuple[Linear, Array]:
-    """A cost of a plane over the unit square, linearised about it, with pulls of unit noise; feet (n, 3)."""
+def flat(n: int, rng: np.random.Generator) -> Linear:
+    """A cost of a plane over the unit square, linearised about it, with pulls of unit noise."""
     feet = rng.uniform(0.0, 1.0, (n, 3)) * [1.0, 1.0, 0.0]
-    rows = np.column_stack([np.ones(n), feet[:, :2]])
+    rows = np.ascontiguousarray(np.vstack([np.ones(n), feet[:, :2].T]))
     left = rng.standard_normal(n)
-    return Linear(feet, rows, np.eye(3), left, left, np.ones(n), np.ones(n), 1.0), feet
+    return Linear(rows, None, left, left, np.ones(n), np.ones(n), np.ascontiguousarray(feet.T), 1.0)

@@ -14,6 +14,7 @@ from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.uncertainty import agreement
 from primfit.fitting.uncertainty.agreement import Agreement
+from primfit.fitting.uncertainty.covariance import Linear
 from tests.fitting.clouds import EXAMPLES, sample
 from tests.fitting.pieces import ball, sheet
 from tests.fitting.uncertainty.known import codes, flat, known
@@ -25,6 +26,12 @@ def two_fields(patch: np.ndarray, seen: np.ndarray, reach: float) -> Agreement:
     """Half of the noise is each point's own; beside it a rough field of 0.2 and a smooth one; extent 2."""
     alone = [np.array([each]) for each in (1.0, 0.5, 3.0, 0.1, 2.0, reach / 2.0)]
     return Agreement(patch, seen, 2.0, *alone, None)
+
+
+def fields_of(agreement: Agreement, linear: Linear) -> Array:
+    """The covariance (k, k) of the sum of all rows under the fields of its only explanation."""
+    parts = agreement.fields(linear.rows, linear.gain, linear.feet)
+    return np.asarray(np.tensordot(agreement.shares[0, 1:], parts, 1))
 
 
 def square(noise: Callable[[np.random.Generator, Array], Array], seed: int) -> tuple[Array, Array]:
@@ -64,33 +71,28 @@ def test_correlated_noise_is_found_and_counts() -> None:
 
 
 def test_fields_count_as_in_the_double_sum_over_patches() -> None:
-    linear, feet = flat(300, np.random.default_rng(3))
+    linear = flat(300, np.random.default_rng(3))
+    feet = linear.feet.T
     patch, seen = Halved.of(feet).patches(), np.arange(300) % 7 > 0
     agreement = two_fields(patch, seen, 0.4)
     middle = np.array([feet[seen & (patch == each)].mean(axis=0) for each in patch])
     apart = cdist(middle, middle)
     covariance = 3.0 * np.exp(-apart / 0.2) + 2.0 * np.exp(-((apart / 0.4) ** 2) / 2.0)
-    rows = linear.rows * seen[:, None]
-    independent = linear.rows.T @ linear.rows
-    meat = 0.5 * independent + rows.T @ covariance @ rows
-    np.testing.assert_allclose(agreement.meats(independent, linear.rows, feet), [meat], rtol=1e-9)
+    rows = linear.rows.T * seen[:, None]
+    np.testing.assert_allclose(fields_of(agreement, linear), rows.T @ covariance @ rows, rtol=1e-9)
     alone, found = linear.uneven(None), linear.uneven(agreement)
     assert alone is not None and found is not None
-    bread = np.linalg.inv(linear.rows.T @ linear.rows)
+    bread = np.linalg.inv(linear.rows @ linear.rows.T)
     expected = 0.5 * alone.matrix + bread @ rows.T @ covariance @ rows @ bread
-    np.testing.assert_allclose(found.matrix, expected, rtol=1e-6)  # the halvings of a quantile
+    np.testing.assert_allclose(found.matrix, expected, rtol=1e-9)
 
 
 def test_a_bow_as_wide_as_the_cloud_has_no_mean() -> None:
     """So that it moves no plane along its normal, whose rows are 1."""
-    linear, feet = flat(300, np.random.default_rng(3))
-    seen = np.ones(300, bool)
-    narrow, wide = (
-        two_fields(Halved.of(feet).patches(), seen, reach).meats(np.zeros((3, 3)), linear.rows, feet)[0]
-        for reach in (0.4, 2.0)
-    )
-    rough = replace(two_fields(Halved.of(feet).patches(), seen, 2.0), smooth=np.zeros(1))
-    left = wide - rough.meats(np.zeros((3, 3)), linear.rows, feet)[0]
+    linear = flat(300, np.random.default_rng(3))
+    patch, seen = Halved.of(linear.feet.T).patches(), np.ones(300, bool)
+    narrow, wide = (fields_of(two_fields(patch, seen, reach), linear) for reach in (0.4, 2.0))
+    left = wide - fields_of(replace(two_fields(patch, seen, 2.0), smooth=np.zeros(1)), linear)
     assert abs(left[0, 0]) < 1e-9 * narrow[0, 0] and left[1, 1] > 0.0
 
 
@@ -130,17 +132,15 @@ def test_a_bow_of_half_the_noise_makes_intervals_longer() -> None:
 
 def test_fields_of_no_range_and_of_endless_range_are_sums_within_and_over_patches() -> None:
     """The first leaves each patch a variance of its own; the second moves all patches alike."""
-    linear, feet = flat(300, np.random.default_rng(3))
-    patch, seen = Halved.of(feet).patches(), np.ones(300, bool)
-    sums = np.array([linear.rows[patch == each].sum(axis=0) for each in np.unique(patch)])
+    linear = flat(300, np.random.default_rng(3))
+    patch, seen = Halved.of(linear.feet.T).patches(), np.ones(300, bool)
+    sums = np.array([linear.rows[:, patch == each].sum(axis=1) for each in np.unique(patch)])
     only_rough = replace(two_fields(patch, seen, 0.4), smooth=np.zeros(1))
-    none = np.zeros((3, 3))
     short, endless = (
-        replace(only_rough, rough_range=np.array([span])).meats(none, linear.rows, feet)[0]
-        for span in (1e-6, 1e9)
+        fields_of(replace(only_rough, rough_range=np.array([span])), linear) for span in (1e-6, 1e9)
     )
     np.testing.assert_allclose(short, 3.0 * sums.T @ sums, rtol=1e-9)
-    total = linear.rows.sum(axis=0)
+    total = linear.rows.sum(axis=1)
     np.testing.assert_allclose(endless, 3.0 * np.outer(total, total), rtol=1e-6, atol=1e-6)
 
 

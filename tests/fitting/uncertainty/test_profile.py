@@ -5,13 +5,21 @@ import pytest
 from scipy.optimize import brentq, least_squares, minimize, minimize_scalar
 from scipy.special import stdtrit
 
+from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.noise.kernels import Kernel
+from primfit.fitting.primitives import PRIMITIVES, is_angle, values_of
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
-from primfit.fitting.uncertainty.profile import Local
+from primfit.fitting.request.constraints import TOUCHES, Constraints
+from primfit.fitting.solver.refine import CODES, refine
+from primfit.fitting.trial.limits import Limits
+from primfit.fitting.uncertainty._profile import Region, numbers
 from tests.fitting.clouds import EXAMPLES, noisy
 from tests.fitting.uncertainty.known import arc, codes, known
+from tests.fitting.uncertainty.reference_profile import Cost, Local, profile_end
 
 
 def test_a_short_arc_is_profiled_and_leaves_the_larger_radius_open_wider() -> None:
@@ -107,3 +115,94 @@ def test_the_ends_of_a_cap_are_those_of_spheres_of_given_radius() -> None:
     for end in (interval.low, interval.high):
         assert cost(end) - best.fun == pytest.approx(rise, rel=0.05)
     assert interval.low < best.x < interval.high
+
+
+CENTER = np.array([0.1, -0.2, 0.05])
+LIMITS = {
+    "plane": {"normal": {"direction": [0.6, -0.3, 0.74], "max_angle": 1e-3}},
+    "sphere": {"radius": {"min": 1.2995}},
+    "cylinder": {"axis": {"direction": [0.22, 0.9, 0.3], "max_angle": 1e-3}},
+    "cone": {"half_angle": {"value": 0.6}, "axis": {"direction": [0.1, 0.31, -0.9], "max_angle": 5e-3}},
+    "torus": {"major_radius": {"max": 1.6005}, "axis": {"direction": [0.5, -0.4, 0.7]}},
+}
+"""Of each kind some that are active at the optimum of its example, or become so on the way."""
+
+
+def region_of(surface: Primitive, cost: Cost) -> Region:
+    chart = PRIMITIVES[surface.kind].chart.numbers
+    return Region(
+        CODES[surface.kind],
+        surface.row(),
+        cost.points,
+        kernel=cost.kernel,
+        scale=cost.scale,
+        factors=cost.factors,
+        bounds=None if cost.limits is None else cost.limits.bounds,
+        touches=TOUCHES,
+        center=CENTER,
+        sizes=[place for _, place in chart.values()],
+        angles=[is_angle(name) for name in chart],
+    )
+
+
+def end_of(cost: Cost, surface: Primitive, weights: Array, half: float, rise: float) -> Array | None:
+    """The numbers (P,) at the farther end by the reference, from the optimum."""
+
+    def gradient(there: Primitive) -> Array:
+        return np.asarray(weights @ numbers(CODES[there.kind], there.row(), CENTER)[1])
+
+    local = cost.near(surface)
+    end = profile_end(cost, surface, local, gradient, half, local.cost, local.cost + rise)
+    return None if end is None else values_of(end[0].canonical(CENTER))
+
+
+@pytest.mark.parametrize("limited", [False, True], ids=["free", "limited"])
+@pytest.mark.parametrize("kernel", [Kernel.LEAST_SQUARES, Kernel.TUKEY, Kernel.HUBER])
+@pytest.mark.parametrize("kind", EXAMPLES)
+def test_the_compiled_ends_are_those_of_numpy(kind: str, kernel: Kernel, limited: bool) -> None:
+    """From the optimum, along random sums of the numbers, for small and for large rises of the cost."""
+    rng, points = np.random.default_rng(7), noisy(EXAMPLES[kind], 150, 0.02, 3)
+    frame = Frame(np.zeros(3), 1.0)
+    limits = Limits.of(Constraints.of(LIMITS[kind]), kind, frame) if limited else None
+    factors = rng.uniform(0.5, 2.0, len(points)) if limited else None
+    start = EXAMPLES[kind].row() if limits is None else limits.impose(EXAMPLES[kind].row(), points)
+    surface = refine(
+        PRIMITIVES[kind].from_row(start),
+        points,
+        kernel,
+        0.03,
+        factors=factors,
+        bounds=None if limits is None else limits.bounds,
+    ).primitive
+    cost = Cost(points, kernel, 0.03, factors, limits)
+    for rise in (0.1, 2.0, 30.0):
+        weights = rng.normal(size=len(values_of(surface)))
+        ends = region_of(surface, cost).ends(weights, 0.05, rise)
+        expected = end_of(cost, surface, -weights, 0.05, rise)
+        assert (ends[0] is None) == (expected is None)
+        if expected is not None:
+            np.testing.assert_allclose(ends[0], expected, rtol=1e-9, atol=1e-10)
+
+
+def test_ends_that_are_open_are_so_in_both() -> None:
+    points = arc(8.0, 100, 0.004, 3)
+    surface = refine(EXAMPLES["cylinder"].from_row(np.array([0, 0, 1, 0, 0, 0, 0, 0, 1.0])), points).primitive
+    cost = Cost(points, Kernel.LEAST_SQUARES, 0.004, None, None)
+    weights = np.eye(7)[6]
+    region = region_of(surface, cost)
+    low, high = region.ends(weights, 0.5, 5.0)
+    assert high is None and end_of(cost, surface, weights, 0.5, 5.0) is None
+    assert low is not None
+    np.testing.assert_allclose(low, end_of(cost, surface, -weights, 0.5, 5.0), rtol=1e-9, atol=1e-10)
+    assert len(region.rows) == 2
+
+
+def test_a_search_begins_at_the_farthest_surface_seen() -> None:
+    """Looking for an end twice brings it nearer at most, and what has been seen is kept."""
+    points = noisy(EXAMPLES["sphere"], 200, 0.02)
+    surface = refine(EXAMPLES["sphere"], points).primitive
+    region = region_of(surface, Cost(points, Kernel.LEAST_SQUARES, 0.02, None, None))
+    first, second = (region.ends(np.eye(4)[3], 0.01, 2.0) for _ in range(2))
+    assert len(region.rows) == 5
+    for one, other, sign in zip(first, second, (-1.0, 1.0), strict=True):
+        assert one is not None and other is not None and sign * (other[3] - one[3]) >= 0.0

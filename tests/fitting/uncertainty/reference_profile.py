@@ -1,4 +1,4 @@
-"""How far a number of a surface may go before the points object, the others following: its profile.
+"""Profiles in NumPy, one step after the other: the reference of `primfit.fitting.uncertainty._profile`.
 
 On short arcs the interval of a radius is not symmetric: much larger ones fit nearly as well, and much
 smaller ones do not. An end is the farthest value of the number among all surfaces whose cost has risen by no
@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.vectors import Array
-from ..noise.kernels import Kernel
-from ..primitives import SIZES, is_angle
-from ..primitives.primitive import Primitive
-from ..solver.refine import linearize, stepped
-from ..trial.limits import Limits
+from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.noise.kernels import Kernel
+from primfit.fitting.primitives import SIZES, is_angle
+from primfit.fitting.primitives.primitive import Primitive
+from primfit.fitting.solver.refine import linearize, stepped
+from primfit.fitting.trial.limits import Limits
 
 ROUNDS = 24
 CLOSE = 0.02
