@@ -1,7 +1,6 @@
 """Unit normals of a cloud, and its noise, from local principal components."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..geometry.vectors import Array
 
@@ -32,6 +31,8 @@ def local_planes(points: Array, k: int = NEIGHBOURS, at: Array | None = None) ->
     The scatter is a standard deviation, unbiased for independent noise on a flat surface; curvature adds to
     it, and correlation of the noise takes from it.
     """
+    from scipy.spatial import cKDTree
+
     where = points if at is None else at
     k = min(k, len(points))
     if k < 3:

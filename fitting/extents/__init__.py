@@ -3,7 +3,6 @@
 from importlib import import_module
 
 import numpy as np
-from scipy.spatial import QhullError
 
 from ..geometry.vectors import Array
 from ..names import KINDS
@@ -32,6 +31,13 @@ def extents_of(primitive: Primitive, points: Array, noise: float) -> Extents | N
     feet = points - primitive.signed_distance(points)[:, None] * primitive.gradient(points)
     try:
         found = EXTENTS[primitive.kind].of(primitive, feet, noise)
-    except QhullError:
+    except _qhull_error():
         return None
     return found if np.isfinite(found.area) and found.area > 0.0 else None
+
+
+def _qhull_error() -> type[Exception]:
+    """What SciPy raises for points that span no area; asked for only when something was raised."""
+    from scipy.spatial import QhullError
+
+    return QhullError

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial import Delaunay
 
 from ..geometry.vectors import TINY, Array
 from .grid import Grid, around
@@ -127,6 +126,7 @@ def _triangulated(near: _Near, reach: float, most: int) -> Any:
     The reach is made wider while that leaves out more than `most` of the points, as far scan lines would.
     """
     import shapely
+    from scipy.spatial import Delaunay
 
     if len(near.points) < 3:
         return shapely.Polygon()

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from scipy.spatial import ConvexHull, cKDTree
 
 from ..geometry.vectors import Array, basis, vector
 from ..primitives.plane import Plane
@@ -97,6 +96,8 @@ class PlaneExtents(Extents):
 
 def _outlined(flat: Array) -> tuple[Array, Array]:
     """The points (M, 2) that are not stray, and the corners (K, 2) of their convex outline."""
+    from scipy.spatial import cKDTree
+
     kept, dropped = flat, 0
     while True:
         corners = _hull(kept)
@@ -116,6 +117,8 @@ def _hull(points: Array) -> np.ndarray:
     Points inside the octagon of the outermost ones are left out before, as Akl and Toussaint do ("A fast
     convex hull algorithm", Information Processing Letters 7(5), 1978).
     """
+    from scipy.spatial import ConvexHull
+
     outermost = (points @ OCTAGON.T).argmax(axis=0)
     octagon = points[outermost]
     along = _following(octagon) - octagon

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..geometry.vectors import TINY, Z_AXIS, Array, basis, unit
 from ..primitives.sphere import Sphere
@@ -178,6 +177,8 @@ def _start(directions: Array) -> Array:
     size = np.sqrt(mean @ mean)
     if size > 0.5:  # the mean of a hemisphere
         return unit(mean)
+    from scipy.spatial import cKDTree
+
     sample = directions[:: -(-len(directions) // ASKED)]
     tree = cKDTree(sample, balanced_tree=False, compact_nodes=False)
     apart = tree.query(-SPREAD, k=[min(NEAREST, len(sample))])[0][:, 0]

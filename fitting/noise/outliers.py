@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.special import xlogy
 
 from ..geometry.vectors import Array
 
@@ -28,6 +27,8 @@ class NoiseModel:
         Source: Celeux and Govaert, "A classification EM algorithm", Comput. Stat. Data Anal. 14, 1992, the
         criterion C2; outliers so modelled in Torr and Zisserman, "MLESAC", CVIU 78, 2000.
         """
+        from scipy.special import xlogy
+
         squared = np.sort(distance**2)
         sums, many = np.cumsum(squared), len(squared)
         noise = np.arange(1, many + 1)

@@ -17,8 +17,8 @@ SCALE_AT_REST = ULPS * float(np.finfo(np.float64).eps)
 CORE_DEVIATION = 0.7952401017640991
 """Standard deviation of a unit normal variable under the weights of `core_scale`.
 
-The root of the integral of x^2 w(x) exp(-x^2 / 2) over that of w(x) exp(-x^2 / 2), w = (1 - (x / CORE)^2)^2, both
-from 0 to CORE: written down, since a program that integrates takes longer to load than a fit.
+The root of the integral of x^2 w(x) exp(-x^2 / 2) over that of w(x) exp(-x^2 / 2), w = (1 - (x / CORE)^2)^2,
+both from 0 to CORE: written down, since a program that integrates takes longer to load than a fit.
 """
 
 

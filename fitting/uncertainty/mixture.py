@@ -5,7 +5,6 @@ interval long, while the interval that holds 95 % of the cases hardly needs it.
 """
 
 import numpy as np
-from scipy.special import stdtr, stdtrit
 
 from ..geometry.vectors import Array
 from ..noise.fields import EPS
@@ -25,6 +24,8 @@ def mixed(covariances: Array, weights: Array, unit: Array, free: float) -> Array
     covariances, weights : (T, k, k) and (T,) of its parts, of Student's t with `free` degrees of freedom
     unit : (k, k) the covariance that principal directions of the mean one are looked for about
     """
+    from scipy.special import stdtrit
+
     sizes = np.sqrt(unit.diagonal())
     values, vectors = np.linalg.eigh(unit / np.outer(sizes, sizes))
     stretch = np.sqrt(np.maximum(values, EPS))
@@ -39,6 +40,8 @@ def mixed(covariances: Array, weights: Array, unit: Array, free: float) -> Array
 
 def _quantiles(deviations: Array, weights: Array, free: float) -> Array:
     """Upper ends (k,) of the 95 % intervals about 0 of mixtures of standard deviations (T, k)."""
+    from scipy.special import stdtr, stdtrit
+
     ends = stdtrit(free, UPPER) * deviations
     low, high = ends.min(axis=0), ends.max(axis=0)
     for _ in range(HALVINGS):

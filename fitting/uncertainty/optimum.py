@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from ..cloud.cloud import WORKING_POINTS, Cloud
 from ..geometry.vectors import Array
@@ -107,6 +106,8 @@ class Optimum:
 
     def quantile(self, steps: StepCovariance) -> float:
         """Half of a 95 % interval in standard deviations: Student's t, as the noise is estimated."""
+        from scipy.special import ndtri, stdtrit
+
         return float(ndtri(UPPER) if self.exact else stdtrit(max(steps.estimates - self.dof, 1.0), UPPER))
 
     @property

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..cloud.cloud import Cloud
 from ..cloud.normals import NEIGHBOURS
@@ -234,6 +233,8 @@ def _on_surfaces(points: Array) -> int:
     """How many of the points (N, 3) lie on a surface with their neighbours among them."""
     if len(points) < 2 * NEIGHBOURS:
         return 0
+    from scipy.spatial import cKDTree
+
     offsets = points[cKDTree(points).query(points, k=NEIGHBOURS)[1]]
     offsets -= offsets.mean(axis=1, keepdims=True)
     squares = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", offsets, offsets))
