@@ -113,8 +113,8 @@ def cut(cloud: Cloud) -> Cut:
             raise InvalidPointCloudError(
                 f"{name} have shape {array.shape}; one for each of {n_points} points is needed", name
             )
-    values, which, counts = _distinct(labels)
-    return Cut(cloud, values, np.argsort(which, kind="stable"), [0, *np.cumsum(counts).tolist()])
+    values, rows, starts = _sorted(labels)
+    return Cut(cloud, values, rows, [*starts.tolist(), n_points])
 
 
 def _whole(labels: NDArray[Any]) -> NDArray[Any]:
@@ -131,16 +131,35 @@ def _whole(labels: NDArray[Any]) -> NDArray[Any]:
     raise InvalidPointCloudError("labels must be whole numbers or strings", "labels")
 
 
-def _distinct(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
-    """The labels there are, ascending; which of them each point has; and how many points each has."""
+def _sorted(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
+    """The labels there are, ascending; the rows (N,), label by label; and where the rows of each begin."""
     if labels.dtype.kind in "iu":
-        numbers, which, counts = np.unique(labels, return_inverse=True, return_counts=True)
-        return numbers.tolist(), which, counts
+        rows = np.argsort(_narrow(labels), kind="stable")
+        starts = _starts(labels[rows])
+        return labels[rows[starts]].tolist(), rows, starts
     # Quicker than to sort all the strings.
     names = sorted(set(labels.tolist()))
     place = {name: i for i, name in enumerate(names)}
     which = np.fromiter(map(place.__getitem__, labels.tolist()), np.intp, len(labels))
-    return names, which, np.bincount(which, minlength=len(names))
+    rows = np.argsort(_narrow(which), kind="stable")
+    return list(names), rows, _starts(which[rows])
+
+
+def _narrow(numbers: NDArray[Any]) -> NDArray[Any]:
+    """Whole numbers (N,) in the same order, as differences from the least in 16 bits where these suffice.
+
+    NumPy sorts such numbers by their digits, some ten times as fast as it sorts others.
+    """
+    if not len(numbers) or int(numbers.max()) - int(numbers.min()) >= 2**16:
+        return numbers
+    return np.asarray(numbers.astype(np.uint16) - np.uint16(int(numbers.min()) % 2**16))
+
+
+def _starts(ascending: NDArray[Any]) -> Rows:
+    """Where each of the numbers that are there begins."""
+    new = np.ones(len(ascending), bool)
+    np.not_equal(ascending[1:], ascending[:-1], out=new[1:])
+    return np.flatnonzero(new)
 
 
 def per_point(cloud: Cloud) -> dict[str, NDArray[np.float64]]:

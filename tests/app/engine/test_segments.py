@@ -59,9 +59,17 @@ def test_each_segment_is_fitted_as_alone_and_a_bad_one_does_not_stop_it(workers:
         (np.array(["b", "a", "b"], object), [("a", [1]), ("b", [0, 2])]),
         ([True, False, True], [(0, [1]), (1, [0, 2])]),
         (np.array([2**63, 1, 1], np.uint64), [(1, [1, 2]), (2**63, [0])]),
+        (np.array([2**64 - 1, 2**64 - 9, 2**64 - 1], np.uint64), [(2**64 - 9, [1]), (2**64 - 1, [0, 2])]),
+        (np.array([127, -128, 0, -128], np.int8), [(-128, [1, 3]), (0, [2]), (127, [0])]),
+        ([65_530, -5, 65_530], [(-5, [1]), (65_530, [0, 2])]),
+        ([65_531, -5, 65_531], [(-5, [1]), (65_531, [0, 2])]),
+        ([-70_000, -70_003, -70_000], [(-70_003, [1]), (-70_000, [0, 2])]),
         (np.array([], int), []),
     ],
-    ids=["whole floats", "strings", "objects", "booleans", "unsigned", "none"],
+    ids=[
+        *("whole floats", "strings", "objects", "booleans", "unsigned", "largest", "narrow"),
+        *("16 bits", "over 16 bits", "16 bits from below", "none"),
+    ],
 )
 def test_labels_are_whole_numbers_or_strings(
     labels: object, expected: list[tuple[object, list[int]]]
