@@ -1,4 +1,4 @@
-"""What more processes gain `primfit batch`, and what sharing the work out costs:  python -m primfit.benchmark.batch
+"""What processes gain `primfit batch`, and what sharing the work costs:  python -m primfit.benchmark.batch
 
 The same scans are answered by one process and by several, in turns, and so are a few of them, which shows
 what a start takes. Of each the least time counts: other programs only add to it.
