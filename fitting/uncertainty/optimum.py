@@ -9,6 +9,7 @@ from ..cloud.cloud import WORKING_POINTS, Cloud
 from ..geometry.vectors import Array
 from ..noise.kernels import Kernel
 from ..noise.rounding import ROUNDING_NOISE
+from ..noise.student import half_interval
 from ..primitives import is_length, names_of, values_of
 from ..primitives.primitive import Primitive
 from ..search.finished import Finished
@@ -18,7 +19,6 @@ from ..trial.trial import Trial
 from ..verdict.evidence import Evidence
 from .agreement import Agreement
 from .covariance import Linear, StepCovariance
-from .mixture import UPPER
 from .profile import Cost
 
 UNEVEN = 200
@@ -106,9 +106,7 @@ class Optimum:
 
     def quantile(self, steps: StepCovariance) -> float:
         """Half of a 95 % interval in standard deviations: Student's t, as the noise is estimated."""
-        from scipy.special import ndtri, stdtrit
-
-        return float(ndtri(UPPER) if self.exact else stdtrit(max(steps.estimates - self.dof, 1.0), UPPER))
+        return half_interval(None if self.exact else max(steps.estimates - self.dof, 1.0))
 
     @property
     def units(self) -> Array:
