@@ -4,7 +4,7 @@ import numpy as np
 
 from ..geometry.vectors import Array
 from . import _noise
-from .kernels import CUTOFF, Kernel
+from .kernels import CUTOFF, Kernel, biweight_deviation
 from .rounding import ULPS
 
 CORE = 3.0
@@ -14,12 +14,8 @@ SCALE_AT_REST = ULPS * float(np.finfo(np.float64).eps)
 """Relative change of a scale that ends its rounds."""
 
 
-CORE_DEVIATION = 0.7952401017640991
-"""Standard deviation of a unit normal variable under the weights of `core_scale`.
-
-The root of the integral of x^2 w(x) exp(-x^2 / 2) over that of w(x) exp(-x^2 / 2), w = (1 - (x / CORE)^2)^2,
-both from 0 to CORE: written down, since a program that integrates takes longer to load than a fit.
-"""
+CORE_DEVIATION = biweight_deviation(CORE)
+"""Standard deviation of a unit normal variable under the weights of `core_scale`."""
 
 
 def core_scale(distance: Array) -> float:
