@@ -4,6 +4,8 @@ import doctest
 import subprocess
 import sys
 
+import pytest
+
 import primfit
 from primfit.app.engine import fit as engine
 from primfit.fitting import recognize
@@ -25,7 +27,25 @@ def test_the_example_in_the_docstring_runs() -> None:
     assert failures == 0
 
 
-def test_importing_it_loads_neither_the_service_nor_the_classifier() -> None:
-    script = "import primfit, sys; print({'fastapi', 'sklearn', 'torch', 'typer'} & set(sys.modules))"
+SLOW = {"fastapi", "laspy", "multiprocessing", "pydantic", "scipy", "shapely", "sklearn", "torch", "typer"}
+"""What takes long to import, or is for some uses only."""
+
+SPHERE = """
+directions = numpy.random.default_rng(0).normal(size=(500, 3))
+primfit.fit(directions / numpy.linalg.norm(directions, axis=1)[:, None])
+"""
+
+
+@pytest.mark.parametrize(
+    ("use", "slow"),
+    [
+        ("", SLOW | {"orjson"}),
+        ("primfit.fit", SLOW),
+        (SPHERE, SLOW - {"scipy"} | {"scipy.integrate", "scipy.optimize", "scipy.stats"}),
+    ],
+    ids=["primfit", "its fit", "a fit"],
+)
+def test_a_fresh_process_loads_what_it_needs(use: str, slow: set[str]) -> None:
+    script = f"import numpy, primfit, sys\n{use}\nprint(*({slow} & sys.modules.keys()))"
     found = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stdout
-    assert found.strip() == "set()"
+    assert found.split() == []

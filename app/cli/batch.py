@@ -4,19 +4,18 @@ import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
-
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from primfit.fitting.shrec22 import LAYOUT
 
 from ..engine.answer import to_json
 from ..engine.names import Ids, plain
 from ..engine.shrec22 import prediction
+from ..engine.team import Team, chunks
 from ..readers import FORMATS
-from .files import Problem, answer_files, answer_segments
+from .files import Answer, Keep, Problem, Source, answer_file, answer_segments
 
 # Answers are JSON: in a folder none is taken for a cloud.
 SUFFIXES = tuple(
@@ -24,6 +23,8 @@ SUFFIXES = tuple(
 )
 PACKED = (".gz", ".zst")
 ENDINGS = {"json": ".json", "shrec22": "_prediction.txt"}
+_POINT = 40
+"""Bytes of a point in a file, roughly."""
 
 
 class CollisionError(ValueError):
@@ -37,6 +38,14 @@ class Summary:
     n_clouds: int = 0
     statuses: Counter[str] = field(default_factory=Counter)
     problems: list[Problem] = field(default_factory=list)
+
+    def add(self, status: str | None, problem: Problem | None) -> None:
+        """Count a cloud that has an answer of this status, if any, and a problem, if any."""
+        self.n_clouds += 1
+        if status is not None:
+            self.statuses[status] += 1
+        if problem is not None:
+            self.problems.append(problem)
 
 
 def plan(inputs: Sequence[str], out: Path, format: str, labels: str | None = None) -> dict[Path, str]:
@@ -103,6 +112,10 @@ def _unpacked(file: Path) -> Path:
     return file.with_suffix("") if file.suffix.lower() in PACKED else file
 
 
+Kept = tuple[str | None, Problem | None]
+"""The status of an answer, and why it was not written."""
+
+
 def run(
     targets: Mapping[Path, str],
     format: str,
@@ -110,51 +123,90 @@ def run(
     workers: int,
     labels: str | None = None,
 ) -> Summary:
-    """Answer every input, write what was found, and say what was not; progress shows on a terminal."""
+    """Answer every input, write what was found, and say what was not; progress shows on a terminal.
+
+    Raises
+    ------
+    OSError
+        An answer cannot be written.
+    LostWorkerError
+        A process was ended from outside.
+    """
+    # Imported here, because every process looks up in this file what to do.
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
     summary = Summary()
     terminal = Console(stderr=True)
     columns = (TextColumn("fitting"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress:
+    with (
+        Team(workers if labels else min(workers, len(targets))) as team,
+        Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress,
+    ):
         task = progress.add_task("fitting", total=len(targets))
-        if labels:
-            done = _segments(targets, format, options, workers, labels)
-        else:
-            answers = answer_files(list(targets.values()), options, workers)
-            done = zip(range(1, len(targets) + 1), targets, targets.values(), answers, strict=True)
-        for number, target, name, answer in done:
-            _keep(target, name, format, answer, summary)
+        for number, kept in _kept(targets, format, options, labels, team):
+            summary.add(*kept)
             progress.update(task, completed=number)
     return summary
 
 
-def _segments(
-    targets: Mapping[Path, str], format: str, options: Mapping[str, Any], workers: int, labels: str
-) -> Iterator[tuple[int, Path, str, dict[str, Any] | Problem]]:
-    """The number of an input, where the answer goes, what to call it, and the answer."""
-    outputs, names = list(targets), Ids()
-    for source, answer in answer_segments(list(targets.values()), options, labels, workers):
-        target = outputs[source.number - 1]
-        if source.item.label is not None:
-            own = plain(str(source.item.label)) or "_"
-            target = Path(names.unique(str(_folder(target, format) / own)) + ENDINGS[format])
-        yield source.number, target, source.title, answer
-
-
-def _keep(target: Path, name: str, format: str, answer: dict[str, Any] | Problem, summary: Summary) -> None:
-    summary.n_clouds += 1
-    if isinstance(answer, Problem):
-        summary.problems.append(answer)
+def _kept(
+    targets: Mapping[Path, str], format: str, options: Mapping[str, Any], labels: str | None, team: Team
+) -> Iterator[tuple[int, Kept]]:
+    """The number of an input, and what came of it, or of each of its segments."""
+    if labels:
+        keep = _Places(list(targets), format).keep
+        for source, kept in answer_segments(list(targets.values()), options, labels, team, keep):
+            yield source.number, kept
         return
-    summary.statuses[answer["status"]] += 1
+    jobs = list(targets.items())
+    shares = chunks(jobs, [_n_points(name) for name in targets.values()], team.size)
+    work = partial(_answer_file, options, format)
+    yield from enumerate(team.in_order(team.submit(work, share) for share in shares), 1)
+
+
+def _n_points(name: str) -> int:
+    """About how many points a file holds."""
+    try:
+        return os.stat(name).st_size // _POINT
+    except OSError:
+        return 0
+
+
+def _answer_file(options: Mapping[str, Any], format: str, job: tuple[Path, str]) -> Kept:
+    target, name = job
+    return keep(target, name, format, answer_file(name, options))
+
+
+class _Places:
+    """Where answers go that are made in the order of the inputs and of their labels."""
+
+    def __init__(self, targets: list[Path], format: str) -> None:
+        self._targets, self._format, self._names = targets, format, Ids()
+
+    def keep(self, source: Source) -> Keep[Kept]:
+        """Writes the answer for a file to its place, that for a segment into its folder."""
+        target = self._targets[source.number - 1]
+        if source.label is not None:
+            own = _folder(target, self._format) / (plain(str(source.label)) or "_")
+            target = Path(self._names.unique(str(own)) + ENDINGS[self._format])
+        return partial(keep, target, source.title, self._format)
+
+
+def keep(target: Path, name: str, format: str, answer: Answer) -> Kept:
+    """Write an answer, where there is one and the format has it."""
+    if isinstance(answer, Problem):
+        return None, answer
     if format == "json":
         _write(target, to_json(answer) + b"\n")
     elif answer["primitive"] is None:
-        summary.problems.append(Problem(name, f"nothing to write: {answer['message']}"))
+        return answer["status"], Problem(name, f"nothing to write: {answer['message']}")
     elif answer["primitive"]["kind"] not in LAYOUT:
         kind = answer["primitive"]["kind"]
-        summary.problems.append(Problem(name, f"nothing to write: the SHREC 2022 track has no {kind}"))
+        return answer["status"], Problem(name, f"nothing to write: the SHREC 2022 track has no {kind}")
     else:
         _write(target, prediction(answer["primitive"]).encode())
+    return answer["status"], None
 
 
 def _write(target: Path, text: bytes) -> None:

@@ -1,30 +1,26 @@
 """The answer for a file on disk or on standard input: what the command line asks of the engine."""
 
-import signal
 import sys
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from functools import partial
-from multiprocessing import get_context
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
 from ..engine.answer import answered
-from ..engine.items import Item
-from ..engine.names import Ids, base_name, plain
-from ..engine.segments import cut_cloud
-from ..exports import Fitted
+from ..engine.cut import Label, Piece, cut_cloud, pieces
+from ..engine.names import plain
+from ..engine.team import Outcome, Ready, Team, chunks
 from ..readers import Cloud, UnreadableFileError, read
 
+if TYPE_CHECKING:
+    from ..exports import Fitted
+
 STDIN = "-"
-_AHEAD = 4
-_T = TypeVar("_T")
-_R = TypeVar("_R")
+R = TypeVar("R")
 
 
 @dataclass(frozen=True)
@@ -36,22 +32,30 @@ class Problem:
     exit_status: int = 2
 
 
-def answer_file(name: str, options: Mapping[str, Any]) -> dict[str, Any] | Problem:
+Answer = dict[str, Any] | Problem
+"""The body of `POST /fit`, or why there is none."""
+
+
+def answer_file(name: str, options: Mapping[str, Any]) -> Answer:
     """The body of `POST /fit` for a file, or what is wrong with it.
 
     `options` are those of `engine.fit` that were given beside the file.
     """
-    found = fit_file(name, options)
-    return found if isinstance(found, Problem) else found[1]
+    try:
+        return answered(*_read(name, options, None))[1]
+    except Exception as error:  # one file must not cost the others their answers
+        return _problem(name, error)
 
 
-def fit_file(name: str, options: Mapping[str, Any]) -> tuple[Fitted, dict[str, Any]] | Problem:
+def fit_file(name: str, options: Mapping[str, Any]) -> "tuple[Fitted, dict[str, Any]] | Problem":
     """What was recognised in a file and the body of `POST /fit` for it, or what is wrong with it."""
+    from ..exports import Fitted
+
     try:
         cloud, used = _read(name, options, None)
         recognition, content = answered(cloud, used)
         return Fitted(recognition, cloud, used), content
-    except Exception as error:  # one file must not cost the others their answers
+    except Exception as error:
         return _problem(name, error)
 
 
@@ -88,95 +92,125 @@ def _with_options_of(cloud: Cloud, given: Mapping[str, Any]) -> dict[str, Any]:
         raise UnreadableFileError(bad.field, bad.message) from None
 
 
-def answer_files(
-    names: Sequence[str], options: Mapping[str, Any], workers: int
-) -> Iterator[dict[str, Any] | Problem]:
-    """The answers of many files, in their order; how many processes share the work changes nothing else."""
-    return _each(partial(answer_file, options=dict(options)), names, min(workers, len(names)))
-
-
 @dataclass(frozen=True)
 class Source:
-    """Where a segment comes from: its item, and the number (from 1) and name of its file."""
+    """Where an answer comes from: the number (from 1) and name of a file, and the label of its segment.
 
-    item: Item
+    There is no label where the file has none, or cannot be cut.
+    """
+
     number: int
     name: str
+    label: Label | None = None
 
     @property
     def title(self) -> str:
-        """The segment before people: `scan.csv#3`, or the file alone where it has no labels."""
-        return self.name if self.item.label is None else f"{self.name}#{plain(str(self.item.label))}"
+        """The segment before people: `scan.csv#3`, or the file alone."""
+        return self.name if self.label is None else f"{self.name}#{plain(str(self.label))}"
+
+
+Keep = Callable[[Answer], R]
+"""What the process that made an answer does with it."""
+
+
+@dataclass(frozen=True)
+class _FileJob(Generic[R]):
+    """A file to be cut, and where the points of its segments go; `scratch` is None for one process alone."""
+
+    name: str
+    options: Mapping[str, Any]
+    labels: str
+    scratch: Path | None
+    keep: Keep[R]
+
+
+@dataclass(frozen=True)
+class _CutFile:
+    """The segments of a file by their labels: how each is had, their numbers of points, the options used."""
+
+    labels: list[Label]
+    pieces: list[Piece]
+    sizes: list[int]
+    options: Mapping[str, Any]
+
+
+_SegmentJob = tuple[str, Piece, Mapping[str, Any], Keep[R]]
+"""The title of a segment, how it is had, the options, and what is done with the answer."""
 
 
 def answer_segments(
-    names: Sequence[str], options: Mapping[str, Any], labels: str, workers: int
-) -> Iterator[tuple[Source, dict[str, Any] | Problem]]:
-    """The answers for the segments of many files: file by file, and in each by its label, ascending.
+    names: Sequence[str],
+    options: Mapping[str, Any],
+    labels: str,
+    team: Team,
+    keep: Callable[[Source], Keep[R]],
+) -> Iterator[tuple[Source, R]]:
+    """What comes of the answers for the segments of many files: file by file, in each by label, ascending.
 
-    `labels` is the column of labels, or `AUTO_LABELS`. A file is cut here, and its segments are fitted by the
-    processes: any number of them gives the same answers.
+    Parameters
+    ----------
+    labels : the column of labels, or `AUTO_LABELS`
+    team : who cuts the files and fits the segments; any number of processes gives the same answers
+    keep : what is done with the answer for a source, by the process that made it
     """
-    return _each(_answer_segment, _segments(names, options, labels), workers)
+    under_way: deque[tuple[Source, Path | None]] = deque()
+
+    def outcomes() -> Iterator[Outcome[R]]:
+        for number, (job, opened) in enumerate(_opened(names, options, labels, team, keep), 1):
+            if not isinstance(opened, _CutFile):
+                under_way.append((Source(number, job.name), None))
+                yield Ready([opened])
+                continue
+            sources = [Source(number, job.name, label) for label in opened.labels]
+            jobs: list[_SegmentJob[R]] = [
+                (source.title, piece, opened.options, keep(source))
+                for source, piece in zip(sources, opened.pieces, strict=True)
+            ]
+            under_way.extend((source, None) for source in sources[:-1])
+            under_way.append((sources[-1], job.scratch))
+            for share in chunks(jobs, opened.sizes, team.size):
+                yield team.submit(_answer_segment, share)
+
+    for result in team.in_order(outcomes()):
+        source, done_with = under_way.popleft()
+        yield source, result
+        if done_with is not None:
+            done_with.unlink(missing_ok=True)
 
 
-_Job = tuple[Source, Cloud | Problem, Mapping[str, Any]]
+def _opened(
+    names: Sequence[str],
+    options: Mapping[str, Any],
+    labels: str,
+    team: Team,
+    keep: Callable[[Source], Keep[R]],
+) -> Iterator[tuple[_FileJob[R], _CutFile | R]]:
+    """Each file, cut; of one without labels, or that is bad, what comes of its answer."""
+    jobs = [
+        _FileJob(name, options, labels, team.scratch(), keep(Source(number, name)))
+        for number, name in enumerate(names, 1)
+    ]
+    opened: Iterator[_CutFile | R] = team.in_order((team.submit(_open, [job]) for job in jobs), ahead=1)
+    return zip(jobs, opened, strict=True)
 
 
-def _segments(names: Sequence[str], options: Mapping[str, Any], labels: str) -> Iterator[_Job]:
-    ids = Ids()
-    for number, name in enumerate(names, 1):
-        file = None if name == STDIN else base_name(name)
-        whole = Source(Item.of_file(file, number, ids), number, name)
-        try:
-            cloud, used = _read(name, options, labels)
-            cut = cut_cloud(cloud)
-        except Exception as error:
-            yield whole, _problem(name, error), {}
-            continue
-        if cut is None:
-            yield whole, cloud, used
-            continue
-        for label, _, segment in cut:
-            yield replace(whole, item=whole.item.segment(label, ids)), segment, used
-
-
-def _answer_segment(job: _Job) -> tuple[Source, dict[str, Any] | Problem]:
-    source, cloud, options = job
-    if isinstance(cloud, Problem):
-        return source, cloud
+def _open(job: _FileJob[R]) -> _CutFile | R:
     try:
-        return source, answered(cloud, options)[1]
+        cloud, used = _read(job.name, job.options, job.labels)
+        cut = cut_cloud(cloud)
+        if cut is not None:
+            sizes = [stop - start for start, stop in pairwise(cut.bounds)]
+            return _CutFile(cut.labels, pieces(cut, job.scratch), sizes, used)
+        answer: Answer = answered(cloud, used)[1]
     except Exception as error:
-        return source, _problem(source.title, error)
+        answer = _problem(job.name, error)
+    return job.keep(answer)
 
 
-def _each(function: Callable[[_T], _R], jobs: Iterable[_T], workers: int) -> Iterator[_R]:
-    """What a function makes of each job, in their order; a few jobs more than there are processes wait."""
-    if workers <= 1:
-        yield from map(function, jobs)
-        return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        with _interrupts_ignored():
-            pool.submit(abs, 0)  # starts the processes
-        waiting: deque[Future[_R]] = deque()
-        try:
-            for job in jobs:
-                waiting.append(pool.submit(function, job))
-                if len(waiting) > _AHEAD * workers:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-
-
-@contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    """Processes started here never see Ctrl-C, which a terminal sends to all: this process stops them."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _answer_segment(job: _SegmentJob[R]) -> R:
+    title, piece, options, keep = job
     try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+        answer: Answer = answered(piece(), options)[1]
+    except Exception as error:
+        answer = _problem(title, error)
+    return keep(answer)

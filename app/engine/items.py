@@ -5,8 +5,8 @@ from typing import Literal, Self
 
 import orjson
 
+from .cut import Label
 from .names import Ids
-from .segments import Label
 
 
 @dataclass(frozen=True)

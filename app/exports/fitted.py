@@ -16,8 +16,8 @@ from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.primitive import Primitive
 
 from ..engine.arrays import as_cloud, as_floats
+from ..engine.cut import PER_POINT
 from ..engine.fit import config_of
-from ..engine.segments import PER_POINT
 from ..readers.cloud import Array, Cloud
 from .drawing import Shape, shape_of
 

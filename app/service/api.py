@@ -16,7 +16,7 @@ from ..readers import CODINGS
 from ..wire import problems
 from ..wire.problems import NotReadyError, UnsupportedCodingError, UnsupportedMediaTypeError
 from ..wire.schemas import Capabilities, FitAnswer, Live, Ready, Versions
-from ..workers import jobs
+from ..workers import PRELOAD, jobs
 from ..workers.batch_jobs import OpenJob
 from ..workers.pool import WorkerPool
 from ..workers.request_id import RequestId
@@ -76,13 +76,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         jobs.run,
         time_limit=settings.fit_time_limit,
         queue_size=settings.queue_size,
-        preload=[
-            "primfit.app.workers.jobs",
-            "primfit.app.workers.batch_jobs",
-            "scipy.optimize",
-            "scipy.spatial",
-            "sklearn.neighbors",
-        ],
+        preload=PRELOAD,
     )
     app.state.metrics.watch(app.state.pool)
     app.state.pool.start()

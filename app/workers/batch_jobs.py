@@ -1,15 +1,13 @@
 """What worker processes do with a batch: find its files, read each of them, fit each segment."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
-
 from ..engine.answer import to_json
+from ..engine.cut import Cut, Label, Stored, cut_cloud, store
 from ..engine.fit import config_of
-from ..engine.segments import Cut, Label, cut_cloud, part, per_point
 from ..readers import (
     Cloud,
     FieldError,
@@ -75,38 +73,13 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Stored:
-    """What is known of a file that was cut.
-
-    Its points stand in a scratch file, segment by segment, as rows of float64, with so many `columns` of a
-    name; `cloud` holds the rest of it.
-    """
-
-    scratch: Path
-    columns: Mapping[str, int]
-    cloud: Cloud
-    options: Mapping[str, Any]
-
-    def segment(self, start: int, stop: int) -> Cloud:
-        """The cloud of these rows."""
-        width = sum(self.columns.values())
-        stored = np.fromfile(self.scratch, count=(stop - start) * width, offset=8 * start * width)
-        cuts = np.cumsum(list(self.columns.values()))[:-1]
-        parts = zip(self.columns, np.split(stored.reshape(-1, width), cuts, axis=1), strict=True)
-        # The arrays as a reader makes them: contiguous, and (N,) where there is one number a point.
-        shaped: dict[str, Any] = {
-            name: np.ascontiguousarray(v if v.shape[1] > 1 else v[:, 0]) for name, v in parts
-        }
-        return replace(self.cloud, **shaped)
-
-
-@dataclass(frozen=True)
 class CutFile:
     """The labels of a file that was cut; the rows stored between two `bounds` are the segment of each."""
 
     labels: list[Label]
     bounds: list[int]
     stored: Stored
+    options: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -188,7 +161,7 @@ class FileJob:
             cloud = self._read()
             options = check_options(self.options.query, self.options.beside, cloud.options)
             cut = cut_cloud(cloud)
-            return _found(cloud, options) if cut is None else self._store(cloud, cut, options, scratch)
+            return _found(cloud, options) if cut is None else self._store(cut, options, scratch)
 
     def _read(self) -> Cloud:
         content = self.content if isinstance(self.content, bytes) else self.content.read()
@@ -196,14 +169,10 @@ class FileJob:
             return read_json(memoryview(content), self.limits, self.labels)
         return (read_unpacked if self.unpacked else read)(memoryview(content), self.limits, self.labels)
 
-    def _store(self, cloud: Cloud, cut: Cut, options: Mapping[str, Any], scratch: BinaryIO) -> CutFile:
+    def _store(self, cut: Cut, options: Mapping[str, Any], scratch: BinaryIO) -> CutFile:
         if len(cut.labels) > self.most_segments:
             raise too_many_segments(len(cut.labels), self.most_segments)
-        for _, _, segment in cut:
-            scratch.write(np.column_stack(list(per_point(segment).values())).data)
-        columns = {name: values[:1].size for name, values in per_point(cloud).items()}
-        stored = Stored(self.scratch, columns, part(cloud, cut.rows[:0]), options)
-        return CutFile(cut.labels, cut.bounds, stored)
+        return CutFile(cut.labels, cut.bounds, store(cut, self.scratch, scratch), options)
 
 
 def too_many_segments(n_segments: int, limit: int) -> TooLargeError:
@@ -219,12 +188,13 @@ class SegmentJob:
 
     request_id: str
     stored: Stored
+    options: Mapping[str, Any]
     start: int
     stop: int
 
     def work(self) -> Found:
         """The answer for the segment: that for a file of its rows alone."""
-        return _found(self.stored.segment(self.start, self.stop), self.stored.options)
+        return _found(self.stored.segment(self.start, self.stop), self.options)
 
 
 def _found(cloud: Cloud, options: Mapping[str, Any]) -> Found:

@@ -2,39 +2,25 @@
 
 import asyncio
 import logging
-import multiprocessing
 import os
 import pickle
 import socket
 import struct
-import sys
 from collections.abc import Awaitable, Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from ..engine.team import process_context, starting
 from ..wire.problems import BusyError, TimeLimitError, WorkerDiedError
 
 _START_LIMIT = 120.0
 _START_PAUSE = 2.0
 _TAKEN, _LENGTH, _BUFFER = b"\1", struct.Struct("<Q"), 2**20
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-# glibc: keep freed memory up to this, which spares each fit some hundred page faults.
-_KEEP_MEMORY = {"MALLOC_TRIM_THRESHOLD_": str(64 * 2**20), "MALLOC_MMAP_THRESHOLD_": str(16 * 2**20)}
 _log = logging.getLogger("primfit")
 
 Work = Callable[[Any], Any]
 Abandoned = Callable[[], Awaitable[bool]]
 Run = Callable[[Any, Abandoned], Awaitable[Any]]
-
-
-def _context(preload: list[str]) -> Any:
-    """Processes are forked from a small server that has imported everything, or spawned without one."""
-    os.environ.update(_KEEP_MEMORY | os.environ | dict.fromkeys(_ONE_THREAD, "1"))
-    if sys.platform == "win32":
-        return multiprocessing.get_context("spawn")
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(preload)
-    return context
 
 
 def _serve(pipe: socket.socket, warm: Callable[[], Any], work: Work) -> None:
@@ -113,7 +99,7 @@ class _Worker:
         process = self._context.Process(
             target=_serve, args=(theirs, self._warm, self._work), daemon=True, name="primfit-worker"
         )
-        with theirs:
+        with theirs, starting():
             process.start()
         self._process = process
         if self._stopped:
@@ -184,7 +170,7 @@ class WorkerPool:
         queue_size: int = 64,
         preload: list[str] | None = None,
     ) -> None:
-        context = _context(preload or [])
+        context = process_context(preload or [])
         self._workers = [_Worker(context, warm, work) for _ in range(size)]
         self._free: asyncio.Queue[_Worker] = asyncio.Queue()
         self._warm: set[_Worker] = set()

@@ -7,7 +7,6 @@ translated to their first changes; the frame turns by the angle that this is, th
 """
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from .vectors import Array, basis, cross, foot_of_origin, rows
 
@@ -22,8 +21,19 @@ LEAST_ANGLE = 1e-9
 
 
 def turned(frame: Array, rotation: Array) -> Array:
-    """The frame (3, 3) of row vectors turned by the components (3,) of a rotation vector along them."""
-    return np.asarray(Rotation.from_rotvec(rotation @ frame).apply(frame))
+    """The frame (3, 3) of row vectors turned by the components (3,) of a rotation vector along them.
+
+    Rodrigues' formula: v + sin(t) / t (w x v) + (1 - cos t) / t^2 (w x (w x v)), t the length of w.
+    """
+    turn = rotation @ frame
+    angle = float(np.linalg.norm(turn))
+    half = 0.5 * angle
+    first = np.sin(angle) / angle if angle > 0.0 else 1.0
+    second = 0.5 * (np.sin(half) / half) ** 2 if half > 0.0 else 0.5
+    x, y, z = turn
+    across = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])  # v @ across is w x v
+    moved = frame @ across
+    return np.asarray(frame + first * moved + second * (moved @ across))
 
 
 def inverse(curvature: float) -> float:

@@ -1,6 +1,7 @@
 """Robust kernels: how much a residual of `x` noise scales costs, and how much it pulls."""
 
 from enum import IntEnum
+from math import erf, exp, pi, sqrt
 
 import numpy as np
 
@@ -52,3 +53,16 @@ class Kernel(IntEnum):
             share = squared / CUTOFF**2
             return np.where(share < 1.0, (1.0 - share) * (1.0 - 5.0 * share), 0.0)
         return (1.0 - 3.0 * squared) / (1.0 + squared) ** 3
+
+
+def biweight_deviation(cutoff: float) -> float:
+    """Standard deviation of a unit normal variable x under the weights (1 - (x / cutoff)^2)^2.
+
+    From the moments of exp(-x^2 / 2) between 0 and the cut-off, each from the one before by parts.
+    """
+    edge = exp(-0.5 * cutoff**2)
+    moments = [sqrt(0.5 * pi) * erf(cutoff / sqrt(2.0))]
+    for power in (1, 3, 5):
+        moments.append(power * moments[-1] - cutoff**power * edge)
+    weights, squares = (a - 2.0 * b / cutoff**2 + c / cutoff**4 for a, b, c in (moments[:3], moments[1:]))
+    return sqrt(squares / weights)

@@ -1,11 +1,10 @@
 """How far points scatter about a surface: the scale of the core of their distances."""
 
 import numpy as np
-from scipy.integrate import quad
 
 from ..geometry.vectors import Array
 from . import _noise
-from .kernels import CUTOFF, Kernel
+from .kernels import CUTOFF, Kernel, biweight_deviation
 from .rounding import ULPS
 
 CORE = 3.0
@@ -15,17 +14,7 @@ SCALE_AT_REST = ULPS * float(np.finfo(np.float64).eps)
 """Relative change of a scale that ends its rounds."""
 
 
-def _core_deviation() -> float:
-    """Standard deviation of a unit normal variable under the weights (1 - (x / CORE)^2)^2."""
-
-    def weight(x: float) -> float:
-        return float((1.0 - (x / CORE) ** 2) ** 2 * np.exp(-0.5 * x**2))
-
-    squares, weights = (quad(law, 0.0, CORE)[0] for law in (lambda x: x**2 * weight(x), weight))
-    return float(np.sqrt(squares / weights))
-
-
-CORE_DEVIATION = _core_deviation()
+CORE_DEVIATION = biweight_deviation(CORE)
 """Standard deviation of a unit normal variable under the weights of `core_scale`."""
 
 

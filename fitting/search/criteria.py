@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..cloud.cloud import Cloud
 from ..errors import FailedFit
@@ -95,6 +94,8 @@ def _turned_starts(trial: Trial) -> list[Primitive]:
 
     Few points leave many minima, and their normals tell little.
     """
+    from scipy.spatial.transform import Rotation  # slow to import, and few searches turn their points
+
     kind, points, rng = trial.primitive, trial.cloud.working, np.random.default_rng(0)
     surfaces: list[Primitive] = []
     for turn in Rotation.random(TURNS, random_state=0).as_matrix():

@@ -13,7 +13,7 @@ explanations has its own B; the covariance is the one whose 95 % intervals are t
 """
 
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cached_property
 from math import sqrt
 from typing import Self
 
@@ -22,6 +22,7 @@ import numpy as np
 from ..cloud.patches import PATCHES
 from ..geometry.vectors import Array
 from ..noise.kernels import Kernel
+from ..noise.student import SHARE, half_interval
 from ..primitives import PRIMITIVES
 from ..solver.refine import CODES
 from . import _covariance
@@ -32,21 +33,6 @@ MOST_LEVERAGE = 0.9
 
 UNDETERMINED = 1e-14
 """Relative size of an eigenvalue of A below which a direction is not determined at all."""
-
-SHARE = 0.95
-"""Of the cases an interval holds."""
-
-
-@cache
-def quantile(free: float | None) -> float:
-    """Half of an interval in standard deviations that are estimated with so many degrees of freedom.
-
-    None stands for a standard deviation that is known.
-    """
-    from scipy.special import ndtri, stdtrit
-
-    upper = 0.5 + 0.5 * SHARE
-    return float(ndtri(upper) if free is None else stdtrit(free, upper))
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,4 +195,4 @@ def mixed(meats: Array, shares: Array, weights: Array, bread: Array, free: int) 
     weights : (T,) probabilities of the explanations, each of Student's t with `free` degrees of freedom
     bread : (k, k) the inverse of A, about which principal directions of the mean covariance are looked for
     """
-    return _covariance.mixed(meats, shares, weights, bread, free, SHARE, quantile(free))
+    return _covariance.mixed(meats, shares, weights, bread, free, SHARE, half_interval(free))

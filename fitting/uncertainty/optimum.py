@@ -10,6 +10,7 @@ from ..cloud.cloud import WORKING_POINTS, Cloud
 from ..geometry.vectors import Array
 from ..noise.kernels import Kernel
 from ..noise.rounding import ROUNDING_NOISE
+from ..noise.student import half_interval
 from ..primitives import DIRECTIONS, PRIMITIVES, SIZES, is_angle, is_length, names_of
 from ..primitives.primitive import Primitive
 from ..request.constraints import TOUCHES
@@ -20,7 +21,7 @@ from ..trial.trial import Trial
 from ..verdict.evidence import Evidence
 from . import _profile
 from .agreement import Agreement
-from .covariance import Cost, Linear, StepCovariance, quantile
+from .covariance import Cost, Linear, StepCovariance
 
 UNEVEN = 200
 """Points from which noise that differs from point to point, or agrees between neighbours, can be told."""
@@ -157,7 +158,7 @@ class Optimum:
 
     def quantile(self, steps: StepCovariance) -> float:
         """Half of a 95 % interval in standard deviations: Student's t, as the noise is estimated."""
-        return quantile(None if self.exact else max(steps.estimates - self.dof, 1.0))
+        return half_interval(None if self.exact else max(steps.estimates - self.dof, 1.0))
 
     @property
     def layout(self) -> Layout:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from ..geometry.vectors import Array
 
@@ -54,6 +53,8 @@ def linear_programme(
     It is solved for few of the values, to which those are added that violate the solution, until none does.
     None where the solver finds no solution, or values are not finite.
     """
+    from scipy.optimize import linprog  # slow to import, and only zones are found by it
+
     if not np.isfinite(values).all():
         return None
     k, worst = slopes.shape[1], values.max()

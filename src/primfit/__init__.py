@@ -8,12 +8,16 @@
 ('fitted', 'sphere', 2.0)
 """
 
-from importlib.metadata import version
-
 import lazy_loader
 
-__version__ = version("primfit")
-
 # The names are those of the file __init__.pyi; each is imported when it is first asked for.
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __all__ += ["__version__"]
+
+
+def __getattr__(name: str) -> object:
+    if name != "__version__":
+        return _named(name)
+    from importlib.metadata import version  # takes longer than all else here
+
+    return version("primfit")

@@ -5,10 +5,11 @@ import sys
 
 import numpy as np
 import pytest
+from sklearn.neighbors import KDTree
 
 from primfit.fitting.names import KINDS
 from primfit.models import CLASSIFIERS, load_classifier
-from primfit.models.knn import KnnClassifier
+from primfit.models.knn import SMOOTHING, KnnClassifier
 from primfit.models.training.dataset import make_dataset, seen
 from primfit.models.training.metrics import rank_of_truth
 from primfit.models.weights import DIRECTORY, load
@@ -81,6 +82,14 @@ def test_pose_scale_and_order_leave_the_probabilities(knn, index):
     assert max(after, key=after.get) == max(before, key=before.get)
 
 
+def test_the_votes_are_those_of_the_nearest_references(knn, fresh):
+    arrays = load("knn")[0]
+    tree = KDTree(arrays["references"].astype(float))
+    nearest = tree.query(knn.embedding(fresh.rows), k=knn.neighbours, return_distance=False)
+    votes = np.array([np.bincount(knn.labels[each], minlength=len(KINDS)) for each in nearest]) + SMOOTHING
+    assert knn.probabilities(fresh.rows) == pytest.approx(votes / votes.sum(axis=1, keepdims=True), abs=1e-15)
+
+
 def test_poor_clouds_get_probabilities(knn):
     for n in (3, 5, 12):
         points = np.random.default_rng(n).normal(size=(n, 3))
@@ -95,7 +104,7 @@ def test_shipped_weights_are_small():
 def test_importing_models_imports_neither_scikit_learn_nor_training():
     code = (
         "import sys; from primfit import models;"
-        "models.load_classifier('none'); models.load_classifier('network');"
+        "[models.load_classifier(name) for name in models.CLASSIFIERS];"
         "heavy = ('sklearn', 'primfit.synthetic', 'torch', 'primfit.models.training');"
         "sys.exit(', '.join(m for m in sys.modules if m.startswith(heavy)) or 0)"
     )

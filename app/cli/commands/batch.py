@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from .. import options as of
-from ..status import BAD_INPUT, EXIT, complain, worst
+from ..status import BAD_INPUT, EXIT, INTERNAL_ERROR, complain, worst
 
 
 def batch(
@@ -42,6 +42,7 @@ def batch(
 
     Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
     """
+    from ...engine.team import LostWorkerError
     from ..batch import SUFFIXES, CollisionError, plan, run
 
     options = of.checked(kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess)
@@ -58,6 +59,9 @@ def batch(
     except OSError as error:
         complain(str(error.filename or out), f"cannot be written: {error.strerror or error}")
         raise typer.Exit(BAD_INPUT) from None
+    except LostWorkerError as error:
+        complain("batch", f"{error}; answers up to then are in {out}")
+        raise typer.Exit(INTERNAL_ERROR) from None
     for problem in summary.problems:
         complain(problem.name, problem.message)
     counts = ", ".join(f"{summary.statuses[status]} {status}" for status in EXIT)

@@ -129,11 +129,21 @@ def _show() -> Callable[[str, dict[str, Any]], None]:
 
 def _answers(files: list[str], options: dict[str, Any], labels: str | None) -> Iterator[tuple[str, Any, Any]]:
     """What to call each answer, its item where there are segments, and what was recognised or a problem."""
-    from ..files import Problem, answer_segments, fit_file
+    from ...engine.items import Item
+    from ...engine.names import Ids, base_name
+    from ...engine.team import Team
+    from ..files import STDIN, Problem, answer_segments, fit_file
 
     if not labels:
         for name in files:
             yield name, None, fit_file(name, options)
         return
-    for source, answer in answer_segments(files, options, labels, workers=1):
-        yield source.title, source.item, answer if isinstance(answer, Problem) else (None, answer)
+    ids, whole, number = Ids(), None, 0
+    with Team(1) as team:
+        for source, answer in answer_segments(files, options, labels, team, lambda source: lambda made: made):
+            if source.number != number:
+                number = source.number
+                whole = Item.of_file(None if source.name == STDIN else base_name(source.name), number, ids)
+            assert whole is not None
+            item = whole if source.label is None else whole.segment(source.label, ids)
+            yield source.title, item, answer if isinstance(answer, Problem) else (None, answer)

@@ -20,6 +20,11 @@ def serve(
     demo: Annotated[bool, typer.Option("--demo", help="Post an example cloud and print its answer.")] = False,
 ) -> None:
     """Serve the REST API; what is not given here comes from the environment or a file: `primfit settings`."""
+    from ...engine.team import process_context
+    from ...workers import PRELOAD
+
+    # First of all: what the workers need is imported beside what the service needs.
+    process_context(PRELOAD)
     from ...service.server import ListenError, serve
     from ...service.settings import SettingsError
 

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from primfit.fitting.geometry.vectors import Array, basis
 
@@ -30,6 +29,7 @@ class Flat:
     def mesh(self, chord_error: float) -> tuple[Array, np.ndarray]:
         """Constrained Delaunay triangles between the corners of the rings, which stay as they are."""
         import shapely
+        from scipy.spatial import cKDTree
 
         corners = np.concatenate([ring for rings in self.rings for ring in rings])
         # Of size 1, so that no area overflows.

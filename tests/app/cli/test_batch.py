@@ -1,6 +1,11 @@
 """`primfit batch`: which files, the same answers whatever the number of workers, and nothing overwritten."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +16,7 @@ from primfit.app.cli.batch import CollisionError, plan
 from primfit.app.cli.commands import app
 from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.sphere import Sphere
+from tests.app.processes import children, needs_proc
 
 
 def run(*args: object) -> Result:
@@ -111,6 +117,26 @@ def test_a_folder_that_cannot_be_written_is_said_plainly(clouds: Path, tmp_path:
     result = run("batch", clouds / "a", "--out", tmp_path / "file" / "inner", "--workers", 1)
     assert result.exit_code == 2
     assert "cannot be written" in result.stderr and len(result.stderr.splitlines()) == 1
+
+
+@needs_proc
+def test_a_process_that_is_killed_ends_the_run_with_a_sentence(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    points = np.random.default_rng(0).normal(size=(500, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    for index in range(3000):
+        np.save(tmp_path / "in" / f"{index:04}.npy", points)
+    command = [sys.executable, "-m", "primfit", "batch", str(tmp_path / "in"), "--out", str(tmp_path / "out")]
+    process = subprocess.Popen([*command, "--workers", "2"], stderr=subprocess.PIPE, text=True)
+    while not list((tmp_path / "out").glob("*.json")):
+        assert process.poll() is None
+        time.sleep(0.01)
+    workers = [worker for child in children(process.pid) for worker in children(child)]
+    assert len(workers) == 2
+    os.kill(workers[0], signal.SIGKILL)
+    said = process.communicate(timeout=60)[1]
+    assert process.returncode == 1
+    assert said.startswith("primfit: batch: a process was ended from outside") and len(said.splitlines()) == 1
 
 
 @pytest.fixture(scope="module")

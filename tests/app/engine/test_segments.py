@@ -1,11 +1,14 @@
 """The segments of a cloud, in Python: the numbers of `fit`, in the order of the labels."""
 
+import pickle
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import primfit
 from primfit.app.engine.answer import answer
-from primfit.app.engine.segments import cut, cut_cloud
+from primfit.app.engine.cut import cut, cut_cloud, pieces
 from primfit.app.readers.cloud import Cloud
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
@@ -17,11 +20,17 @@ SPHERE_NORMALS = np.vstack([NORMALS, NORMALS, [[0, 0, 1]] * 2])
 LABELS = np.repeat([7, -1, 3], [300, 300, 2])
 
 
-def test_each_segment_is_fitted_as_alone_and_a_bad_one_does_not_stop_it() -> None:
+@pytest.mark.parametrize("workers", [1, 2])
+def test_each_segment_is_fitted_as_alone_and_a_bad_one_does_not_stop_it(workers: int) -> None:
     mixed = RNG.permutation(602)
     weights = RNG.uniform(1, 2, 602)
     segments = primfit.fit_segments(
-        SPHERES[mixed], LABELS[mixed], normals=SPHERE_NORMALS[mixed], weights=weights, seed=4
+        SPHERES[mixed],
+        LABELS[mixed],
+        workers=workers,
+        normals=SPHERE_NORMALS[mixed],
+        weights=weights,
+        seed=4,
     )
     assert [segment.label for segment in segments] == [-1, 3, 7]
     assert [type(segment.label) for segment in segments] == [int] * 3
@@ -50,9 +59,17 @@ def test_each_segment_is_fitted_as_alone_and_a_bad_one_does_not_stop_it() -> Non
         (np.array(["b", "a", "b"], object), [("a", [1]), ("b", [0, 2])]),
         ([True, False, True], [(0, [1]), (1, [0, 2])]),
         (np.array([2**63, 1, 1], np.uint64), [(1, [1, 2]), (2**63, [0])]),
+        (np.array([2**64 - 1, 2**64 - 9, 2**64 - 1], np.uint64), [(2**64 - 9, [1]), (2**64 - 1, [0, 2])]),
+        (np.array([127, -128, 0, -128], np.int8), [(-128, [1, 3]), (0, [2]), (127, [0])]),
+        ([65_530, -5, 65_530], [(-5, [1]), (65_530, [0, 2])]),
+        ([65_531, -5, 65_531], [(-5, [1]), (65_531, [0, 2])]),
+        ([-70_000, -70_003, -70_000], [(-70_003, [1]), (-70_000, [0, 2])]),
         (np.array([], int), []),
     ],
-    ids=["whole floats", "strings", "objects", "booleans", "unsigned", "none"],
+    ids=[
+        *("whole floats", "strings", "objects", "booleans", "unsigned", "largest", "narrow"),
+        *("16 bits", "over 16 bits", "16 bits from below", "none"),
+    ],
 )
 def test_labels_are_whole_numbers_or_strings(
     labels: object, expected: list[tuple[object, list[int]]]
@@ -84,6 +101,8 @@ def test_other_labels_are_refused(labels: list[object], said: str) -> None:
 def test_what_is_wrong_for_all_is_raised() -> None:
     with pytest.raises(InvalidOptionError):
         primfit.fit_segments(SPHERES, LABELS, kinds=["cube"])
+    with pytest.raises(InvalidOptionError, match="at least 1"):
+        primfit.fit_segments(SPHERES, LABELS, workers=0)
     with pytest.raises(InvalidPointCloudError, match="normals have shape") as caught:
         primfit.fit_segments(SPHERES, LABELS, normals=NORMALS)
     assert caught.value.field == "normals"
@@ -99,3 +118,22 @@ def test_a_segment_of_a_cloud_is_a_cloud_without_labels() -> None:
     assert segment.labels is None and segment.label_column is None
     assert segment.normals is not None and len(segment.points) == len(segment.normals) == 300
     assert cut_cloud(segment) is None
+
+
+@pytest.mark.parametrize("beside", [{}, {"normals": SPHERE_NORMALS}, {"weights": np.arange(602.0)}])
+def test_a_stored_segment_is_that_of_the_cloud(beside: dict[str, np.ndarray], tmp_path: Path) -> None:
+    arrays = {"normals": None, **beside}
+    mixed = RNG.permutation(602)
+    whole = cut(
+        Cloud(SPHERES.astype(np.float32), ("x", "y", "z"), format="text", labels=LABELS[mixed], **arrays)
+    )
+    scratch = tmp_path / "scratch"
+    stored = pickle.loads(pickle.dumps(pieces(whole, scratch)))
+    assert scratch.stat().st_size == 8 * sum(array.size for array in (SPHERES, *beside.values()))
+    for here, there, (_, rows, _) in zip(pieces(whole), stored, whole, strict=True):
+        expected, found = vars(here()), vars(there())
+        assert expected.keys() == found.keys()
+        for name, value in expected.items():
+            np.testing.assert_array_equal(found[name], value)
+        assert found["points"].dtype == np.float64 and found["points"].flags.c_contiguous
+        np.testing.assert_array_equal(found["points"], SPHERES.astype(np.float32)[rows])

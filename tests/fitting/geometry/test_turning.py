@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from primfit.fitting.geometry.turning import turned
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
@@ -17,6 +19,16 @@ TOUCHING: dict[str, Primitive] = {
     "cylinder": Cylinder([1.0, 0.0, 0.0], [0.0, 0.0, -RADIUS], RADIUS),
 }
 """Surfaces that touch the plane z = 0 in the origin from below."""
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-170, 1e-9, 0.3, np.pi, 5.0, 100.0])
+def test_a_frame_is_turned_by_a_rotation_vector(angle: float) -> None:
+    rng = np.random.default_rng(0)
+    for frame in Rotation.random(20, random_state=1).as_matrix():
+        rotation = rng.normal(size=3)
+        rotation *= angle / np.linalg.norm(rotation)
+        expected = Rotation.from_rotvec(rotation @ frame).apply(frame)
+        assert turned(frame, rotation) == pytest.approx(expected, rel=1e-13, abs=2e-15 * max(1.0, angle))
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from primfit.fitting.noise.scale import core_scale, is_normal
 from primfit.fitting.search import polish
@@ -9,6 +10,15 @@ from tests.fitting.clouds import EXAMPLES, noisy
 from tests.fitting.noise.spheres import radius_error
 
 Patch = pytest.MonkeyPatch
+
+
+def test_the_deviation_of_a_core_is_the_ratio_of_its_integrals() -> None:
+    def density(x: float) -> float:
+        return float((1.0 - (x / scale.CORE) ** 2) ** 2 * np.exp(-0.5 * x**2))
+
+    squares = quad(lambda x: x**2 * density(x), 0.0, scale.CORE)[0]
+    variance = squares / quad(density, 0.0, scale.CORE)[0]
+    assert scale.CORE_DEVIATION == pytest.approx(np.sqrt(variance), rel=1e-14)
 
 
 @pytest.mark.parametrize("outliers", [0, 1500])
