@@ -122,7 +122,7 @@ async def _fitted(request: Request, export: bool) -> Response:
         raise ClientDisconnect
     request.state.facts |= reply.facts
     seconds |= reply.seconds | {"total": perf_counter() - started}
-    timing = ", ".join(f"{name};dur={1000 * value:.1f}" for name, value in seconds.items())
+    timing = ", ".join(f"{name};dur={1000 * value:.2f}" for name, value in seconds.items())
     headers = {**reply.headers, "Server-Timing": timing}
     return Response(reply.content, reply.status, headers, reply.media_type)
 

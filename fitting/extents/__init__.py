@@ -35,3 +35,8 @@ def extents_of(primitive: Primitive, points: Array, noise: float) -> Extents | N
     except QhullError:
         return None
     return found if np.isfinite(found.area) and found.area > 0.0 else None
+
+
+def has_arcs(kind: str) -> bool:
+    """Whether arcs are told of a surface of this kind: `Extents.arcs`."""
+    return EXTENTS[kind].arcs is not Extents.arcs
