@@ -96,6 +96,11 @@ class _Worker:
         process = self._process
         return process is not None and process.is_alive()
 
+    @property
+    def reachable(self) -> bool:
+        """Whether its end of the pipe is open: it ends with the process, and this asks no system call."""
+        return self._writer is not None and not self._reader.at_eof()
+
     async def start(self) -> None:
         self.kill()
         # The first process of all waits until the server that it is forked from has imported everything.
@@ -128,7 +133,7 @@ class _Worker:
             return await self._done(job, time_limit)
 
     async def _done(self, job: Any, time_limit: float) -> Any:
-        if not self.alive:
+        if not self.reachable:
             await self.start()
         assert self._writer is not None
         self._writer.write(_packed(job))
@@ -285,7 +290,7 @@ class WorkerPool:
             return await worker.call(job, self._time_limit)
         finally:
             self.n_busy -= 1
-            if worker.alive:
+            if worker.reachable:
                 self._free.put_nowait(worker)
             else:
                 self._spawn(self._revive(worker))

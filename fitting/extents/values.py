@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar, Self, get_type_hints
 
 from ..cloud.frame import Frame
@@ -73,7 +73,7 @@ class Extents:
 
     def values(self) -> dict[str, Any]:
         """Plain values for the answer, `kind` first."""
-        return {"kind": self.kind} | {field.name: plain(getattr(self, field.name)) for field in fields(self)}
+        return {"kind": self.kind, **plain(self)}
 
 
 def arc_in_words(of: Mapping[str, Any], prefix: str = "") -> str:
