@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 _PLAIN = frozenset((bool, float, int, str, type(None)))
+_NAMES: dict[type, tuple[str, ...]] = {}
 
 
 def plain(value: Any) -> Any:
@@ -26,10 +26,11 @@ def plain(value: Any) -> Any:
     return value
 
 
-@cache
 def field_names(of: type) -> tuple[str, ...]:
     """The fields of a class of records, in their order; none of another class."""
-    return tuple(field.name for field in fields(of)) if is_dataclass(of) else ()
+    if (names := _NAMES.get(of)) is None:
+        names = _NAMES[of] = tuple(field.name for field in fields(of)) if is_dataclass(of) else ()
+    return names
 
 
 def worded(name: str) -> str:
