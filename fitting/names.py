@@ -17,6 +17,11 @@ Criterion = Literal[
 ]
 CRITERIA: tuple[Criterion, ...] = get_args(Criterion)
 
+AnswerPart = Literal["extents", "uncertainty"]
+ANSWER_PARTS: tuple[AnswerPart, ...] = get_args(AnswerPart)
+"""The parts of an answer that take time of their own and may be left out."""
+
 CRITERION: Criterion = "robust"
 SEED = 0
-"""The defaults of `criterion` and `seed`; all kinds are allowed, and the other options are not set."""
+"""The defaults of `criterion` and `seed`; all kinds are allowed, all parts answered, and other options not
+set."""

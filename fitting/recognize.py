@@ -63,7 +63,7 @@ def recognize(
         tries.append(_attempt(trial, config, probabilities))
     claims = [tried.claim for tried in tries if isinstance(tried, Fitted)]
     if not claims:
-        return nothing(tries, len(cloud.points))
+        return nothing(tries, len(cloud.points), config)
     return assemble(decide(claims, _tolerance(config, cloud)), tries, config)
 
 

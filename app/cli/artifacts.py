@@ -1,5 +1,6 @@
 """The files that are written beside an answer."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -7,8 +8,9 @@ from typing import Self
 import typer
 
 from primfit.fitting.errors import InvalidOptionError
+from primfit.fitting.names import ANSWER_PARTS
 
-from ..exports import FORMATS, ExportOptions, Fitted, NothingToExportError
+from ..exports import FORMATS, ExportOptions, Fitted, NothingToExportError, check_parts
 from .status import BAD_INPUT, complain, worst
 
 
@@ -27,6 +29,7 @@ class Artifacts:
         labels: str | None,
         unit: str,
         chord_error: float,
+        include: Sequence[str] | None,
     ) -> Self | None:
         """What was asked for, if anything; refuses what cannot be exported before anything is fitted."""
         given = {format: file for format, file in files.items() if file is not None}
@@ -37,6 +40,7 @@ class Artifacts:
             raise _refused("fit", f"exports are written of one FILE, not of {several}")
         _check_overwriting(given, inputs[0])
         try:
+            check_parts(given, ANSWER_PARTS if include is None else include)
             return cls(given, ExportOptions(unit, chord_error))  # type: ignore[arg-type]
         except InvalidOptionError as error:
             raise _refused(f"--{error.field.replace('_', '-')}", str(error)) from None
@@ -48,7 +52,7 @@ class Artifacts:
     def _write(self, fitted: Fitted, format: str, file: Path) -> int:
         try:
             file.write_bytes(FORMATS[format].write(fitted, self.options))
-        except NothingToExportError as error:
+        except (NothingToExportError, InvalidOptionError) as error:
             complain(str(file), f"not written: {error}")
         except OSError as error:
             complain(str(file), f"cannot be written: {error.strerror or error}")

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from primfit.fitting import names
+from primfit.fitting.errors import InvalidOptionError
 from primfit.models.names import CLASSIFIER, ClassifierName
 
 from .status import BAD_INPUT, complain
@@ -15,6 +16,7 @@ FLAGS = {"kinds": "kind", "constraints": "constraint"}
 
 # Typer takes lists of an enum, not of a Literal.
 Kind = StrEnum("Kind", [(kind, kind) for kind in names.KINDS])  # type: ignore[misc]
+Part = StrEnum("Part", [(part, part) for part in (*names.ANSWER_PARTS, "none")])  # type: ignore[misc]
 Kinds = Annotated[
     list[Kind] | None, typer.Option("--kind", help="Allow this kind (repeatable); all of them by default.")
 ]
@@ -58,6 +60,13 @@ InitialGuess = Annotated[
     str | None,
     typer.Option(metavar="JSON", help="A primitive, as in an answer, that joins the starts of its kind."),
 ]
+Include = Annotated[
+    list[Part] | None,
+    typer.Option(
+        help="Parts of the answer that are wanted (repeatable), both by default; with 'none' neither. Others "
+        "are not computed."
+    ),
+]
 Labels = Annotated[
     str | None,
     typer.Option(
@@ -78,9 +87,10 @@ def checked(
     seed: int | None,
     constraint: list[str] | None,
     initial_guess: str | None,
+    include: list[Part] | None,
 ) -> dict[str, Any]:
     """The options that were given, as the engine takes them, checked before the first file is read."""
-    from ..engine.fit import InvalidOptionError, config_of
+    from ..engine.fit import config_of
     from .constraint_flags import parse_constraints
 
     given: dict[str, Any] = {"classifier": classifier, "criterion": criterion, "max_error": max_error}
@@ -93,12 +103,23 @@ def checked(
             options["constraints"] = parse_constraints(constraint)
         if initial_guess is not None:
             options["initial_guess"] = _json(initial_guess)
+        if include:
+            options["include"] = _parts(list(dict.fromkeys(map(str, include))))
         config_of(**options)
     except InvalidOptionError as error:
         option = error.field.partition(".")[0]
         complain(f"--{FLAGS.get(option, option).replace('_', '-')}", str(error))
         raise typer.Exit(BAD_INPUT) from None
     return options
+
+
+def _parts(named: list[str]) -> list[str]:
+    """The parts named; `none` stands alone and names none."""
+    if "none" not in named:
+        return named
+    if len(named) > 1:
+        raise InvalidOptionError("include names none beside a part", "include")
+    return []
 
 
 def _json(text: str) -> Any:

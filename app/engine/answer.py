@@ -10,7 +10,9 @@ import numpy as np
 import orjson
 
 from primfit.fitting.answer.result import Recognition
+from primfit.fitting.names import ANSWER_PARTS
 from primfit.fitting.primitives import parameters
+from primfit.fitting.request.config import Config
 from primfit.models import load_classifier
 from primfit.models.names import CLASSIFIER
 
@@ -52,18 +54,24 @@ def receipt(cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
         "n_points": len(cloud.points),
         "format": cloud.format,
         "columns": list(cloud.columns),
-        "options": {
-            "kinds": list(config.kinds),
-            "classifier": classifier,
-            "criterion": config.criterion,
-            "max_error": config.max_error,
-            "tolerance": config.tolerance,
-            "seed": config.seed,
-            "constraints": None if options.get("constraints") is None else config.constraints.plain(),
-            "initial_guess": config.initial_guess and parameters(config.initial_guess),
-        },
+        "options": _used(config, classifier, options.get("constraints") is not None),
         "versions": versions(classifier),
     }
+
+
+def _used(config: Config, classifier: str, constrained: bool) -> dict[str, Any]:
+    """The options as used; `include` where a part is left out."""
+    used = {
+        "kinds": list(config.kinds),
+        "classifier": classifier,
+        "criterion": config.criterion,
+        "max_error": config.max_error,
+        "tolerance": config.tolerance,
+        "seed": config.seed,
+        "constraints": config.constraints.plain() if constrained else None,
+        "initial_guess": config.initial_guess and parameters(config.initial_guess),
+    }
+    return used if config.include == ANSWER_PARTS else used | {"include": list(config.include)}
 
 
 def _sha256(numbers: Array) -> str:

@@ -26,7 +26,8 @@ class PrimitiveFitter(OutlierMixin, BaseEstimator):
 
     Parameters
     ----------
-    kinds, classifier, criterion, max_error, tolerance, seed, constraints, initial_guess : as in `primfit.fit`
+    kinds, classifier, criterion, max_error, tolerance, seed, constraints, initial_guess, include : as in
+        `primfit.fit`
 
     Attributes
     ----------
@@ -63,6 +64,7 @@ class PrimitiveFitter(OutlierMixin, BaseEstimator):
         seed: int = 0,
         constraints: Mapping[str, Any] | None = None,
         initial_guess: Primitive | Mapping[str, Any] | None = None,
+        include: Sequence[str] | None = None,
     ) -> None:
         self.kinds = kinds
         self.classifier = classifier
@@ -72,6 +74,7 @@ class PrimitiveFitter(OutlierMixin, BaseEstimator):
         self.seed = seed
         self.constraints = constraints
         self.initial_guess = initial_guess
+        self.include = include
 
     def fit(
         self,

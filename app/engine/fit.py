@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
-from primfit.fitting.names import CRITERION, KINDS, SEED, Criterion, KindName
+from primfit.fitting.names import ANSWER_PARTS, CRITERION, KINDS, SEED, AnswerPart, Criterion, KindName
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
@@ -36,6 +36,7 @@ def fit(
     standard_deviations: ArrayLike | None = None,
     constraints: Mapping[str, Any] | None = None,
     initial_guess: Primitive | Mapping[str, Any] | None = None,
+    include: Sequence[AnswerPart] | None = None,
 ) -> Recognition:
     """Say which primitive a cloud is, with its parameters and the trail of attempts.
 
@@ -60,6 +61,8 @@ def fit(
         "max": 6}}`, `{"axis": {"direction": [0, 0, 1], "max_angle": 0.05}}`, `{"center": [0, 0, 0]}`; each
         acts on the kinds that have such a parameter
     initial_guess : a primitive, or its parameters with `kind`, that joins the starts of its kind
+    include : which of the parts `extents` and `uncertainty` are wanted; the others are not computed and stand
+        at None. None asks for both
 
     Raises
     ------
@@ -69,7 +72,9 @@ def fit(
     InvalidOptionError
         An option is unknown or out of range.
     """
-    config = config_of(kinds, classifier, criterion, max_error, tolerance, seed, constraints, initial_guess)
+    config = config_of(
+        kinds, classifier, criterion, max_error, tolerance, seed, constraints, initial_guess, include
+    )
     coordinates, held = as_cloud(points)
     return recognize(
         coordinates,
@@ -90,6 +95,7 @@ def config_of(
     seed: int = SEED,
     constraints: Mapping[str, Any] | None = None,
     initial_guess: Primitive | Mapping[str, Any] | None = None,
+    include: Sequence[AnswerPart] | None = None,
 ) -> Config:
     """The options of `fit`, checked before there is a cloud; raises `InvalidOptionError`."""
     if classifier not in CLASSIFIERS:
@@ -102,6 +108,7 @@ def config_of(
         seed=seed,
         constraints=UNCONSTRAINED if constraints is None else Constraints.of(constraints),
         initial_guess=guess_of(initial_guess) if isinstance(initial_guess, Mapping) else initial_guess,
+        include=ANSWER_PARTS if include is None else cast(tuple[str, ...], include),
     )
 
 

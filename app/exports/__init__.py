@@ -1,6 +1,6 @@
 """The recognised primitive, its residuals and the report as files: one file a format."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Any, overload
@@ -9,7 +9,7 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError
 
-from .fitted import Fitted, NothingToExportError, fitted_points, form_errors, residuals
+from .fitted import Fitted, NothingToExportError, check_extents, fitted_points, form_errors, residuals
 from .form import form_json
 from .mesh import mesh_writer
 from .options import ExportOptions
@@ -26,6 +26,7 @@ __all__ = [
     "NothingToExportError",
     "Wanted",
     "bundle",
+    "check_parts",
     "export",
     "form_errors",
     "residuals",
@@ -35,18 +36,19 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Format:
-    """How a format is written, and the name of its file in a bundle."""
+    """How a format is written, the name of its file in a bundle, and whether it takes extents."""
 
     write: Callable[[Fitted, ExportOptions], bytes]
     file_name: str
+    needs_extents: bool = False
 
 
 FORMATS: dict[str, Format] = {
-    "step": Format(step, "primitive.step"),
-    "glb": Format(mesh_writer("glb"), "primitive.glb"),
-    "obj": Format(mesh_writer("obj"), "primitive.obj"),
-    "stl": Format(mesh_writer("stl"), "primitive.stl"),
-    "ply": Format(mesh_writer("ply"), "primitive.ply"),
+    "step": Format(step, "primitive.step", needs_extents=True),
+    "glb": Format(mesh_writer("glb"), "primitive.glb", needs_extents=True),
+    "obj": Format(mesh_writer("obj"), "primitive.obj", needs_extents=True),
+    "stl": Format(mesh_writer("stl"), "primitive.stl", needs_extents=True),
+    "ply": Format(mesh_writer("ply"), "primitive.ply", needs_extents=True),
     "csv": Format(csv, "primitive.csv"),
     "shrec22": Format(shrec22, "primitive_prediction.txt"),
     "residuals_npy": Format(residuals_npy, "residuals.npy"),
@@ -112,8 +114,8 @@ def export(
     Raises
     ------
     InvalidOptionError
-        An unknown artefact or unit, a chord error out of range, points that are missing, or an option that
-        `fit` would not have taken.
+        An unknown artefact or unit, a chord error out of range, points that are missing, an option that
+        `fit` would not have taken, or an artefact of extents that `fit` was not asked for (`include`).
     InvalidPointCloudError
         The points are not finite (N, 3).
     NothingToExportError
@@ -127,6 +129,12 @@ def export(
     fitted = fitted_points(recognition, points, options)
     written = write(fitted, names, ExportOptions(unit, chord_error))  # type: ignore[arg-type]
     return written[artifacts] if isinstance(artifacts, str) else written
+
+
+def check_parts(formats: Iterable[str], include: Collection[str]) -> None:
+    """Raise `InvalidOptionError` where an artefact needs a part of the answer that is left out."""
+    if any(FORMATS[format].needs_extents for format in formats):
+        check_extents(include)
 
 
 def write(fitted: Fitted, formats: Iterable[str], options: ExportOptions) -> dict[str, bytes]:

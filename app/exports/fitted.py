@@ -1,6 +1,6 @@
 """What artefacts are made of: an answer, and the cloud and the options that it came from."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from inspect import signature
@@ -56,7 +56,12 @@ class Fitted:
 
     @property
     def extents(self) -> Extents:
-        """Of the primitive; raises `NothingToExportError` where its points span no surface."""
+        """Of the primitive.
+
+        Raises `NothingToExportError` where its points span no surface, `InvalidOptionError` where the extents
+        were not asked for.
+        """
+        check_extents(self.recognition.include)
         kind, extents = self.primitive.kind, self.recognition.extents
         if extents is None:
             raise NothingToExportError(f"the {kind} cannot be trimmed: it has no extents")
@@ -91,6 +96,15 @@ class Fitted:
     def form(self) -> Form:
         """Of the inliers."""
         return form_of(self.primitive, self.points[self.residuals.inlier])
+
+
+def check_extents(include: Collection[str]) -> None:
+    """Raise `InvalidOptionError` where the answer was or will be without extents."""
+    if "extents" not in include:
+        found = ", ".join(include) or "nothing"
+        raise InvalidOptionError(
+            f"include names {found}; STEP files and meshes need extents, where the primitive ends", "include"
+        )
 
 
 def fitted_points(recognition: Recognition, points: Any, options: Mapping[str, Any] | None = None) -> Fitted:

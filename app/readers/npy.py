@@ -4,6 +4,7 @@ import io
 import math
 import warnings
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from .errors import InvalidPointsError, UnreadableFileError
 from .limits import UNLIMITED, Limits
 
 HEADER_LIMIT = 64 * 1024
+SHORT = 256
+"""Bytes of a header that is kept in mind; NumPy writes 128 for an array (N, 3)."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,19 @@ def read_npy(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
 
 def read_header(data: memoryview) -> ArrayHeader:
     """Read the header of an NPY file, of which the first `HEADER_LIMIT + 12` bytes are enough."""
-    stream = io.BytesIO(data[: HEADER_LIMIT + 12])
+    end = 10 + int.from_bytes(data[8:10], "little")
+    usual = bytes(data[6:7]) == b"\x01" and end <= SHORT
+    return _usual_header(bytes(data[:end])) if usual else _parse_header(bytes(data[: HEADER_LIMIT + 12]))
+
+
+@lru_cache(maxsize=64)
+def _usual_header(start: bytes) -> ArrayHeader:
+    """That of clouds of one size, which a client sends again and again: Python's parser takes a while."""
+    return _parse_header(start)
+
+
+def _parse_header(start: bytes) -> ArrayHeader:
+    stream = io.BytesIO(start)
     try:
         version = npy_format.read_magic(stream)
         read = {1: npy_format.read_array_header_1_0, 2: npy_format.read_array_header_2_0}[version[0]]

@@ -9,8 +9,10 @@ from time import perf_counter
 
 from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import HTMLResponse, PlainTextResponse
+from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from ..readers import CODINGS
 from ..wire import problems
@@ -31,7 +33,10 @@ from .settings import Settings, load
 
 _INSTALLED = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}
 _DOCS = Path(__file__).with_name("docs.html")
-router = APIRouter()
+requests, router = APIRouter(), APIRouter()
+"""What fits clouds, and the rest."""
+
+_REFUSED = tuple(problems.KINDS)
 
 
 class Zip(Response):
@@ -55,16 +60,44 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.settings = settings
     app.state.metrics = metrics.Metrics()
     app.state.stopping = False
+    app.include_router(requests)
     app.include_router(router)
     # The last one added sees a request first.
+    app.add_middleware(Shortcut)
     app.add_middleware(Guard, keys=settings.keys(), rate_limit=settings.rate_limit)
     app.add_middleware(Observer, metrics=app.state.metrics)
     app.add_middleware(RequestId)
     for error in (*problems.KINDS, HTTPException, Exception):
         app.add_exception_handler(error, _refuse)
-    app.add_exception_handler(ClientDisconnect, lambda request, error: Response(status_code=400))
+    app.add_exception_handler(ClientDisconnect, _gone)
     app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]
     return app
+
+
+class Shortcut:
+    """Hands requests with a cloud to their functions, which take the request and make the response.
+
+    The way through the router, with all that it solves, checks and closes for such a function, is as long as
+    that through the rest of the service; what takes it still, as under a prefix, is answered alike.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+        self._routes = {route.path: route for route in requests.routes if isinstance(route, APIRoute)}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        route = self._routes.get(scope["path"]) if scope.get("method") == "POST" else None
+        if route is None:
+            await self.app(scope, receive, send)
+            return
+        scope["route"], request = route, Request(scope, receive, send)
+        try:
+            response = await route.endpoint(request)
+        except ClientDisconnect as error:
+            response = _gone(request, error)
+        except _REFUSED as error:
+            response = problems.respond(request, error)
+        await response(scope, receive, send)
 
 
 @asynccontextmanager
@@ -86,13 +119,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         app.state.pool.stop()
 
 
-@router.post("/fit", operation_id="fit", summary="Fit a cloud", response_model=FitAnswer, **operations.FIT)
+@requests.post("/fit", operation_id="fit", summary="Fit a cloud", response_model=FitAnswer, **operations.FIT)
 async def fit(request: Request) -> Response:
     """Say which primitive a cloud is, with its parameters, its error, and every kind that was tried."""
     return await _fitted(request, export=False)
 
 
-@router.post(
+@requests.post(
     "/fit/export",
     operation_id="fit_export",
     summary="Fit a cloud, and export what was found",
@@ -116,12 +149,12 @@ async def _fitted(request: Request, export: bool) -> Response:
         raise ClientDisconnect
     request.state.facts |= reply.facts
     seconds |= reply.seconds | {"total": perf_counter() - started}
-    timing = ", ".join(f"{name};dur={1000 * value:.1f}" for name, value in seconds.items())
+    timing = ", ".join(f"{name};dur={1000 * value:.2f}" for name, value in seconds.items())
     headers = {**reply.headers, "Server-Timing": timing}
     return Response(reply.content, reply.status, headers, reply.media_type)
 
 
-@router.post(
+@requests.post(
     "/fit/batch",
     operation_id="fit_batch",
     summary="Fit many clouds",
@@ -268,3 +301,8 @@ def _open_job(
 
 async def _refuse(request: Request, error: Exception) -> Response:
     return problems.respond(request, error)
+
+
+def _gone(request: Request, error: Exception) -> Response:
+    """There is nobody to tell."""
+    return Response(status_code=400)

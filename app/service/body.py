@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 
 from ..wire.problems import BodyTimeoutError, BodyTooLargeError
 from .settings import Settings
@@ -51,26 +51,30 @@ async def _pieces(request: Request, settings: Settings) -> AsyncIterator[bytes]:
     announced = request.headers.get("content-length", "")
     if announced.isdecimal() and int(announced[:20]) > limit:
         raise await _too_large(request, limit)
-    stream = aiter(request.stream())
-    while True:
+    more = True
+    while more:
         try:
             async with asyncio.timeout(settings.receive_timeout):
-                piece = await anext(stream)
-        except StopAsyncIteration:
-            return
+                message = await request.receive()
         except TimeoutError:
             raise BodyTimeoutError(
                 f"nothing came for {settings.receive_timeout:g} s before the body was complete ({size} bytes)"
             ) from None
+        if message["type"] == "http.disconnect":
+            raise ClientDisconnect
+        piece, more = message.get("body", b""), message.get("more_body", False)
         size += len(piece)
         if size > limit:
-            raise await _too_large(request, limit)
+            raise await _too_large(request, limit, more)
         yield piece
 
 
-async def _too_large(request: Request, limit: int) -> BodyTooLargeError:
-    """Read on for a moment without keeping anything: a client still sending would not see the answer."""
-    if "expect" not in request.headers:
+async def _too_large(request: Request, limit: int, more: bool = True) -> BodyTooLargeError:
+    """Read on for a moment without keeping anything: a client still sending would not see the answer.
+
+    `more` says whether something may come still.
+    """
+    if more and "expect" not in request.headers:
         with suppress(TimeoutError, StopAsyncIteration, RuntimeError):
             async with asyncio.timeout(_DRAIN_SECONDS):
                 stream = aiter(request.stream())

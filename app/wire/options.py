@@ -12,6 +12,7 @@ from .problems import InvalidOptionsError, option_errors
 from .schemas import FitOptions
 
 ALLOWED = tuple(FitOptions.model_fields)
+LISTS = ("kinds", "include")
 OBJECTS = ("constraints", "initial_guess")
 _TEXT_LIMIT = 64 * 1024
 
@@ -19,7 +20,7 @@ _TEXT_LIMIT = 64 * 1024
 def check_options(
     in_query: Sequence[tuple[str, str]], *in_objects: Mapping[str, Any], beside: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """The keyword options of `engine.fit`; each is given in one place, and only `kinds` may be repeated.
+    """The keyword options of `engine.fit`; each is given in one place, and only lists may be repeated.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ def _from_query(pairs: Sequence[tuple[str, str]]) -> tuple[dict[str, Any], list[
     query: dict[str, Any] = {}
     errors: list[FieldError] = []
     for name, value in pairs:
-        if name == "kinds":
+        if name in LISTS:
             query.setdefault(name, []).append(value)
         elif name in OBJECTS:
             errors.append(FieldError(name, "an object does not fit into a query; give it in JSON"))
@@ -60,6 +61,8 @@ def _from_query(pairs: Sequence[tuple[str, str]]) -> tuple[dict[str, Any], list[
             errors.append(FieldError(name, "given more than once"))
         else:
             query[name] = value
+    if query.get("include") == [""]:  # a query has no other way to say that a list is empty
+        query["include"] = []
     return query, errors
 
 

@@ -29,6 +29,7 @@ from .derived import CLOSED, Models, Vector, union
 KindName = TypeAliasType("KindName", names.KindName)
 ClassifierName = TypeAliasType("ClassifierName", classifiers.ClassifierName)
 CriterionName = TypeAliasType("CriterionName", names.Criterion)
+AnswerPart = TypeAliasType("AnswerPart", names.AnswerPart)
 
 Upload = Annotated[bytes, WithJsonSchema({"type": "string", "format": "binary"})]
 _wire = Models()
@@ -108,6 +109,13 @@ class FitOptions(BaseModel):
     initial_guess: Primitive | None = Field(  # type: ignore[valid-type]
         None,
         description="a primitive that joins the starts of its kind; in JSON only, not in a query",
+    )
+    include: list[AnswerPart] = Field(
+        default=list(names.ANSWER_PARTS),
+        max_length=len(names.ANSWER_PARTS),
+        description="parts of the answer that are wanted, both by default; the others are not computed, and "
+        "null, those of alternatives, too. `include=` in a query asks for neither",
+        json_schema_extra={"uniqueItems": True},
     )
 
 
@@ -209,6 +217,10 @@ class UsedOptions(BaseModel):
     seed: int
     constraints: Constraints | None  # type: ignore[valid-type]
     initial_guess: Primitive | None  # type: ignore[valid-type]
+    include: list[AnswerPart] = Field(
+        default=list(names.ANSWER_PARTS),
+        description="parts that were asked for; not there where all were",
+    )
 
 
 class Versions(BaseModel):
@@ -237,7 +249,7 @@ class Receipt(BaseModel):
 FitAnswer = _wire.model(
     result.Recognition,
     "FitAnswer",
-    without=("n_points", "inliers"),
+    without=("n_points", "inliers", "include"),
     doc="Which primitive the cloud is, and the evidence.",
     alternatives=list[Alternative],  # type: ignore[valid-type]
     extents=Extents | None,

@@ -10,10 +10,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from primfit.fitting.answer.result import Recognition
+from primfit.fitting.names import ANSWER_PARTS
 
 from ..engine.answer import answered, receipt, to_json, versions
 from ..engine.fit import fit
-from ..exports import Fitted, bundle
+from ..exports import Fitted, bundle, check_parts
 from ..readers import Cloud, Limits, UnreadableFileError, read, read_json, read_unpacked, unpack
 from ..wire.artifacts import NAMES, split_query
 from ..wire.etag import etag, names
@@ -102,6 +103,8 @@ def _fit(job: FitJob) -> Reply:
         body = unpack(memoryview(body), job.coding, job.limits, "body")
     cloud, beside = _read(body, job)
     options = check_options(query, beside, cloud.options, beside=NAMES if job.export else ())
+    if wanted is not None:
+        check_parts(wanted.formats, options.get("include", ANSWER_PARTS))
     read_at = perf_counter()
     if job.if_none_match and wanted is None:
         tag = etag(receipt(cloud, options), cloud)

@@ -5,17 +5,16 @@ import logging
 import os
 import pickle
 import socket
-import struct
 from collections.abc import Awaitable, Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from ..engine.team import process_context, starting
 from ..wire.problems import BusyError, TimeLimitError, WorkerDiedError
+from .pipe import TAKEN, Pipe, packed, read
 
 _START_LIMIT = 120.0
 _START_PAUSE = 2.0
-_TAKEN, _LENGTH, _BUFFER = b"\1", struct.Struct("<Q"), 2**20
 _log = logging.getLogger("primfit")
 
 Work = Callable[[Any], Any]
@@ -36,28 +35,11 @@ def _serve(pipe: socket.socket, warm: Callable[[], Any], work: Work) -> None:
         greeting = (True, warm())
     except Exception as error:
         greeting = (False, f"{type(error).__name__}: {error}")
-    pipe.sendall(_TAKEN + _packed(greeting))
-    while head := _read(pipe, _LENGTH.size):
-        job = pickle.loads(_read(pipe, *_LENGTH.unpack(head)))
-        pipe.sendall(_TAKEN)
-        pipe.sendall(_packed(work(job)))
-
-
-def _read(pipe: socket.socket, length: int) -> bytearray:
-    """So many bytes, or none at the end."""
-    content, size = bytearray(length), 0
-    while size < length:
-        received = pipe.recv_into(memoryview(content)[size:])
-        if not received:
-            return bytearray()
-        size += received
-    return content
-
-
-def _packed(message: Any) -> bytes:
-    """A message as it goes through a pipe: its length, then its pickle."""
-    content = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
-    return _LENGTH.pack(len(content)) + content
+    pipe.sendall(TAKEN + packed(greeting))
+    while content := read(pipe):
+        job = pickle.loads(content)
+        pipe.sendall(TAKEN)
+        pipe.sendall(packed(work(job)))
 
 
 class _NotTakenError(WorkerDiedError):
@@ -70,9 +52,8 @@ class _Worker:
     def __init__(self, context: Any, warm: Callable[[], Any], work: Work) -> None:
         self._context, self._warm, self._work = context, warm, work
         self._process: Any = None
-        self._pipe: socket.socket | None = None
-        self._reader: asyncio.StreamReader
-        self._writer: asyncio.StreamWriter | None = None
+        self._socket: socket.socket | None = None
+        self._pipe: Pipe | None = None
         self._stopped = False
         self.n_starts = 0
         self.greeting: Any = None
@@ -82,12 +63,18 @@ class _Worker:
         process = self._process
         return process is not None and process.is_alive()
 
+    @property
+    def reachable(self) -> bool:
+        """Whether its end of the pipe is open: it ends with the process, and this asks no system call."""
+        return self._pipe is not None and not self._pipe.closed
+
     async def start(self) -> None:
         self.kill()
         # The first process of all waits until the server that it is forked from has imported everything.
         await asyncio.to_thread(self._start_process)
-        self._reader, self._writer = await asyncio.open_connection(sock=self._pipe, limit=_BUFFER)
-        warm, greeting = await self._receive(_START_LIMIT)
+        loop = asyncio.get_running_loop()
+        _, self._pipe = await loop.create_connection(Pipe, sock=self._socket)
+        warm, greeting = await self._receive(self._pipe, _START_LIMIT)
         if not warm:
             self.kill()
             raise WorkerDiedError(f"a worker did not start: {greeting}")
@@ -95,7 +82,7 @@ class _Worker:
         self.n_starts += 1
 
     def _start_process(self) -> None:
-        self._pipe, theirs = socket.socketpair()
+        self._socket, theirs = socket.socketpair()
         process = self._context.Process(
             target=_serve, args=(theirs, self._warm, self._work), daemon=True, name="primfit-worker"
         )
@@ -114,30 +101,26 @@ class _Worker:
             return await self._done(job, time_limit)
 
     async def _done(self, job: Any, time_limit: float) -> Any:
-        if not self.alive:
+        if not self.reachable:
             await self.start()
-        assert self._writer is not None
-        self._writer.write(_packed(job))
-        return await self._receive(time_limit)
+        assert self._pipe is not None
+        self._pipe.send(job)
+        return await self._receive(self._pipe, time_limit)
 
-    async def _receive(self, time_limit: float) -> Any:
-        """What comes after `_TAKEN`, the first sign that the process has the job."""
+    async def _receive(self, pipe: Pipe, time_limit: float) -> Any:
+        """The message of the process."""
         try:
             async with asyncio.timeout(time_limit):
-                head = await self._reader.readexactly(len(_TAKEN) + _LENGTH.size)
-                (length,) = _LENGTH.unpack_from(head, len(_TAKEN))
-                return pickle.loads(await self._reader.readexactly(length))
+                return await pipe.message()
         except TimeoutError:
             self.kill()
             raise TimeLimitError(
                 f"not done after {time_limit:g} s, the limit of this service; the work was stopped"
             ) from None
-        except asyncio.IncompleteReadError as error:
+        except ConnectionError as error:
             self.kill()
-            died = WorkerDiedError if error.partial else _NotTakenError
-            raise died("the worker process ended while it worked on this request") from error
-        except OSError as error:  # it closed its end before it had read all of ours
-            self.kill()
+            if pipe.taken:
+                raise WorkerDiedError("the worker process ended while it worked on this request") from error
             raise _NotTakenError("the worker process had ended") from error
 
     def kill(self) -> None:
@@ -145,11 +128,11 @@ class _Worker:
         if self.alive:
             self._process.kill()
             self._process.join()
-        if self._writer is not None:
-            self._writer.transport.abort()
-        elif self._pipe is not None:
-            self._pipe.close()
-        self._process = self._pipe = self._writer = None
+        if self._pipe is not None:
+            self._pipe.abort()
+        elif self._socket is not None:
+            self._socket.close()
+        self._process = self._socket = self._pipe = None
 
     def stop(self) -> None:
         """End the process, also one that is still being started."""
@@ -271,7 +254,7 @@ class WorkerPool:
             return await worker.call(job, self._time_limit)
         finally:
             self.n_busy -= 1
-            if worker.alive:
+            if worker.reachable:
                 self._free.put_nowait(worker)
             else:
                 self._spawn(self._revive(worker))

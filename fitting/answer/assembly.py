@@ -1,11 +1,11 @@
 """From what was tried and decided to the answer."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..extents import extents_of
+from ..extents import extents_of, has_arcs
 from ..extents.values import Extents
 from ..primitives.primitive import Primitive
 from ..request.config import Config
@@ -50,7 +50,7 @@ class Fitted:
 Tried = Fitted | Failed
 
 
-def nothing(tries: Sequence[Tried], n_points: int) -> Recognition:
+def nothing(tries: Sequence[Tried], n_points: int, config: Config) -> Recognition:
     """The answer where every fit failed."""
     reasons = "; ".join(tried.attempt.reason for tried in tries)
     return Recognition(
@@ -62,6 +62,7 @@ def nothing(tries: Sequence[Tried], n_points: int) -> Recognition:
         attempts=tuple(tried.attempt for tried in tries),
         message=f"no allowed kind could be fitted: {reasons}",
         n_points=n_points,
+        include=config.include,
     )
 
 
@@ -70,12 +71,13 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
     told = [_told(tried, decision) for tried in tries]
     fitted = {each.claim.kind: each for each in told if isinstance(each, Fitted)}
     best = fitted[decision.best.kind]
-    evidence, extents = best.claim.evidence, _extents(best)
+    evidence = best.claim.evidence
     cloud = evidence.cloud
+    extents, uncertainty = _parts(best, config.include, decision.status != "no_fit")
     return Recognition(
         status=decision.status,
         primitive=best.answered,
-        alternatives=tuple(_alternative(fitted[rival.kind]) for rival in decision.rivals),
+        alternatives=tuple(_alternative(fitted[rival.kind], config.include) for rival in decision.rivals),
         error=best.error,
         noise=best.attempt.noise,
         attempts=tuple(tried.attempt for tried in told),
@@ -83,8 +85,9 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
         n_points=len(cloud.points),
         active_constraints=config.constraints.effects(best.answered),
         extents=extents,
-        uncertainty=None if decision.status == "no_fit" else _uncertainty(best, extents),
+        uncertainty=uncertainty,
         inliers=Inliers(cloud.frame.restore(evidence.primitive), cloud.frame.scale * evidence.reach),
+        include=config.include,
     )
 
 
@@ -124,15 +127,23 @@ def _lost(best: Claim, evidence: float | None, reason: str) -> str:
     return f"{reason}; a {best.kind} is likelier (log odds {-evidence:.1f})"
 
 
-def _alternative(fitted: Fitted) -> Alternative:
-    extents = _extents(fitted)
-    return Alternative(
-        fitted.answered, fitted.error, extents, _uncertainty(fitted, extents), fitted.attempt.evidence
-    )
+def _alternative(fitted: Fitted, include: Collection[str]) -> Alternative:
+    return Alternative(fitted.answered, fitted.error, *_parts(fitted, include), fitted.attempt.evidence)
 
 
-def _uncertainty(fitted: Fitted, extents: Extents | None) -> Uncertainty | None:
-    return uncertainty_of(fitted.finished, fitted.answered, fitted.claim.evidence, extents)
+def _parts(
+    fitted: Fitted, include: Collection[str], known: bool = True
+) -> tuple[Extents | None, Uncertainty | None]:
+    """The extents and the uncertainty, where they are wanted; the latter only where it can be `known`.
+
+    The warnings of the uncertainty need the arcs of the extents: then these are computed, too, and not told.
+    """
+    told, known = "extents" in include, known and "uncertainty" in include
+    extents = _extents(fitted) if told or (known and has_arcs(fitted.claim.kind)) else None
+    uncertainty = None
+    if known:
+        uncertainty = uncertainty_of(fitted.finished, fitted.answered, fitted.claim.evidence, extents)
+    return extents if told else None, uncertainty
 
 
 def _extents(fitted: Fitted) -> Extents | None:

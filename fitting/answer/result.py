@@ -7,6 +7,7 @@ from typing import Any, Literal
 import orjson
 
 from ..extents.values import Extents
+from ..names import ANSWER_PARTS
 from ..plain import plain
 from ..primitives import parameters
 from ..primitives.primitive import Primitive
@@ -60,8 +61,8 @@ class Alternative:
 
     Attributes
     ----------
-    extents : where it begins and ends; None if its points span no surface
-    uncertainty : how well its parameters are known
+    extents : where it begins and ends; None if its points span no surface, or where they were not asked for
+    uncertainty : how well its parameters are known; None where that was not asked for
     evidence : natural logarithm of its probability over that of the best kind, as in its attempt: 0 for that
         one, negative for the others, but for those refused by themselves or equal within `tolerance`; None if
         the kind was not weighed
@@ -98,10 +99,12 @@ class Recognition:
     attempts : every kind that was tried, in order
     active_constraints : how each constraint acts on `primitive`, by its name: `at its upper bound 5.0`, or
         `not applicable: a plane has no radius` where its kind has no such parameter
-    extents : where `primitive` begins and ends; None without one, or if its points span no surface
+    extents : where `primitive` begins and ends; None without one, if its points span no surface, or where
+        they were not asked for (`include`)
     uncertainty : how well `primitive` is known; None with `no_fit`, and with `minimum_zone`,
-        `minimum_circumscribed` and `maximum_inscribed`
+        `minimum_circumscribed` and `maximum_inscribed`, or where it was not asked for (`include`)
     inliers : which points belong to `primitive`; None without one
+    include : which of the parts `extents` and `uncertainty` were asked for
     """
 
     status: Status
@@ -116,6 +119,7 @@ class Recognition:
     extents: Extents | None = None
     uncertainty: Uncertainty | None = None
     inliers: Inliers | None = None
+    include: tuple[str, ...] = ANSWER_PARTS
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values: the body of `POST /fit` without its receipt."""

@@ -32,3 +32,8 @@ def extents_of(primitive: Primitive, points: Array, noise: float) -> Extents | N
     points = np.ascontiguousarray(points, dtype=np.float64)
     found = EXTENTS[primitive.kind].of(primitive, points, float(noise))
     return found if found is not None and math.isfinite(found.area) and found.area > 0.0 else None
+
+
+def has_arcs(kind: str) -> bool:
+    """Whether arcs are told of a surface of this kind: `Extents.arcs`."""
+    return EXTENTS[kind].arcs is not Extents.arcs

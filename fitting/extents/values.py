@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Annotated, Any, ClassVar, Self, get_type_hints
 
@@ -76,7 +76,7 @@ class Extents:
 
     def values(self) -> dict[str, Any]:
         """Plain values for the answer, `kind` first."""
-        return {"kind": self.kind} | {field.name: plain(getattr(self, field.name)) for field in fields(self)}
+        return {"kind": self.kind, **plain(self)}
 
 
 @cache

@@ -133,7 +133,11 @@ def profile_circles(points: Array, axes: Array, feet: Array, rounds: int = 4) ->
 
     Distance from the axis, height above the foot, and radius, (K,) each.
     """
-    return _circles_of(_linear.solve_profiles(*map(np.ascontiguousarray, (points, axes, feet)), rounds))
+    return _circles_of(
+        _linear.solve_profiles(
+            np.ascontiguousarray(points), np.ascontiguousarray(axes), np.ascontiguousarray(feet), rounds
+        )
+    )
 
 
 def _circles_of(solution: Array) -> tuple[Array, Array, Array]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..geometry.vectors import Array
 from ..names import KINDS
+from ..plain import field_names
 from .primitive import Primitive
 
 PRIMITIVES: dict[str, type[Primitive]] = {
@@ -24,16 +25,16 @@ DIRECTIONS = tuple(name for name in VECTORS if name.endswith(("axis", "normal"))
 def parameters(primitive: Primitive) -> dict[str, str | float | list[float]]:
     """The public parameters as plain values, `kind` first."""
     values: dict[str, str | float | list[float]] = {"kind": primitive.kind}
-    for field in fields(primitive):  # type: ignore[arg-type]
-        value = getattr(primitive, field.name)
-        values[field.name] = value if isinstance(value, float) else value.tolist()
+    for name in field_names(type(primitive)):
+        value = getattr(primitive, name)
+        values[name] = value if isinstance(value, float) else value.tolist()
     return values
 
 
 @cache
 def parameters_of(kind: str) -> tuple[str, ...]:
     """The names of a kind's parameters, in the order of its answer."""
-    return tuple(field.name for field in fields(PRIMITIVES[kind]))  # type: ignore[arg-type]
+    return field_names(PRIMITIVES[kind])
 
 
 @cache
@@ -46,8 +47,8 @@ def direction_of(kind: str) -> str | None:
 def names_of(kind: str) -> tuple[str, ...]:
     """The numbers of a kind in the order of its answer, vectors by component: `axis.x`, `radius`."""
     names: list[str] = []
-    for field in fields(PRIMITIVES[kind]):  # type: ignore[arg-type]
-        names += [f"{field.name}.{letter}" for letter in "xyz"] if field.name in VECTORS else [field.name]
+    for name in parameters_of(kind):
+        names += [f"{name}.{letter}" for letter in "xyz"] if name in VECTORS else [name]
     return tuple(names)
 
 

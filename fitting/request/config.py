@@ -1,11 +1,12 @@
 """What a caller may ask of the fit."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import InvalidOptionError
-from ..names import CRITERIA, CRITERION, KINDS, SEED, Criterion
+from ..names import ANSWER_PARTS, CRITERIA, CRITERION, KINDS, SEED, Criterion
 from ..primitives import PRIMITIVES, parameters, parameters_of
 from ..primitives.primitive import Primitive
 from .constraints import UNCONSTRAINED, Constraints
@@ -19,6 +20,7 @@ COUNTING_ALL = ("least_squares", *EXTREME)
 """Criteria by which every point counts, whatever its distance."""
 
 WITH_A_RADIUS = tuple(kind for kind in KINDS if "radius" in parameters_of(kind))
+_ONE = {"kinds": "kind", "include": "part"}
 FITTING_KINDS = {"minimum_circumscribed": WITH_A_RADIUS, "maximum_inscribed": WITH_A_RADIUS}
 """Kinds that a criterion is defined for, where that is not all of them."""
 
@@ -50,6 +52,7 @@ class Config:
     seed : seed of every random choice, from 0 to 2^63 - 1
     constraints : parameters that are fixed or bounded
     initial_guess : a primitive in input units that joins the starts of its kind
+    include : which of the parts `extents` and `uncertainty` are computed and answered; the others are None
     """
 
     kinds: tuple[str, ...] = KINDS
@@ -59,12 +62,14 @@ class Config:
     seed: int = SEED
     constraints: Constraints = UNCONSTRAINED
     initial_guess: Primitive | None = None
+    include: tuple[str, ...] = ANSWER_PARTS
 
     def __post_init__(self) -> None:
-        if self.kinds is None or isinstance(self.kinds, str):  # type: ignore[unreachable]
-            raise InvalidOptionError(f"kinds must be a sequence of names out of {', '.join(KINDS)}", "kinds")
-        object.__setattr__(self, "kinds", tuple(self.kinds))
-        _check_kinds(self.kinds)
+        object.__setattr__(self, "kinds", _names("kinds", self.kinds, KINDS))
+        if not self.kinds:
+            raise InvalidOptionError(f"kinds is empty; name at least one of {', '.join(KINDS)}", "kinds")
+        included = _names("include", self.include, ANSWER_PARTS)
+        object.__setattr__(self, "include", tuple(part for part in ANSWER_PARTS if part in included))
         _check_criterion(self.criterion, self.kinds)
         if self.max_error is not None and not 0.0 < number("max_error", self.max_error) <= 1.0:
             raise InvalidOptionError(
@@ -79,14 +84,17 @@ class Config:
             _check_guess(self.initial_guess, self.kinds)
 
 
-def _check_kinds(kinds: tuple[str, ...]) -> None:
-    if not kinds:
-        raise InvalidOptionError(f"kinds is empty; name at least one of {', '.join(KINDS)}", "kinds")
-    for kind in kinds:
-        if kind not in KINDS:
-            raise InvalidOptionError(f"kinds holds {kind!r:.40}; allowed are {', '.join(KINDS)}", "kinds")
-    if len(set(kinds)) < len(kinds):
-        raise InvalidOptionError("kinds names the same kind twice", "kinds")
+def _names(field: str, given: object, allowed: tuple[str, ...]) -> tuple[str, ...]:
+    """A sequence of names out of those allowed, none of them twice."""
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise InvalidOptionError(f"{field} must be a sequence of names out of {', '.join(allowed)}", field)
+    names = tuple(given)
+    for name in names:
+        if name not in allowed:
+            raise InvalidOptionError(f"{field} holds {name!r:.40}; allowed are {', '.join(allowed)}", field)
+    if len(set(names)) < len(names):
+        raise InvalidOptionError(f"{field} names the same {_ONE[field]} twice", field)
+    return names
 
 
 def _check_criterion(criterion: str, kinds: tuple[str, ...]) -> None:

@@ -65,7 +65,8 @@ def test_an_alternative_is_the_flat_primitive_with_what_stands_beside_it(answere
 def test_the_schema_has_every_field(answered: Recognition) -> None:
     body = _posted(CSV.read_bytes(), "text/csv")
     FitAnswer.model_validate(body, strict=True)
-    assert FitAnswer.model_validate(body).model_dump() == body
+    # What is left out is `include` of the receipt, which stands there where a part was not asked for.
+    assert FitAnswer.model_validate(body).model_dump(exclude_unset=True) == body
 
 
 def test_an_alternative_may_know_neither_extents_nor_uncertainty(recognition: Recognition) -> None:

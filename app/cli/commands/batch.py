@@ -35,6 +35,7 @@ def batch(
     seed: of.Seed = None,
     constraint: of.Constraint = None,
     initial_guess: of.InitialGuess = None,
+    include: of.Include = None,
 ) -> None:
     """Recognise and fit many clouds; the answer of each goes into a file of its own.
 
@@ -45,7 +46,9 @@ def batch(
     from ...engine.team import LostWorkerError
     from ..batch import SUFFIXES, CollisionError, plan, run
 
-    options = of.checked(kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess)
+    options = of.checked(
+        kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess, include
+    )
     try:
         targets = plan(inputs, out, format, labels)
     except CollisionError as error:

@@ -36,6 +36,7 @@ def fit(
     seed: of.Seed = None,
     constraint: of.Constraint = None,
     initial_guess: of.InitialGuess = None,
+    include: of.Include = None,
     step: ExportFile = None,
     glb: ExportFile = None,
     obj: ExportFile = None,
@@ -75,7 +76,9 @@ def fit(
     """
     from ..artifacts import Artifacts
 
-    options = of.checked(kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess)
+    options = of.checked(
+        kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess, include
+    )
     exports = {"step": step, "glb": glb, "obj": obj, "stl": stl, "ply": ply_mesh, "csv": csv_row}
     exports |= {"shrec22": shrec22, "residuals_npy": residuals_npy, "residuals_csv": residuals_csv}
     exports |= {
@@ -84,7 +87,7 @@ def fit(
         "form": form,
         "report": report,
     }
-    artifacts = Artifacts.wanted(exports, files, labels, unit, chord_error)
+    artifacts = Artifacts.wanted(exports, files, labels, unit, chord_error, options.get("include"))
     raise typer.Exit(worst(_statuses(files, options, labels, as_json, artifacts)))
 
 

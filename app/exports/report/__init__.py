@@ -24,6 +24,11 @@ from .unrolled import unrolled_map
 from .views import views
 
 _STYLE = Path(__file__).with_name("style.css")
+_UNKNOWN = {
+    True: "Nothing is known of their uncertainty under this criterion.",
+    False: "Their uncertainty was not asked for.",
+}
+"""What stands in place of an uncertainty, by whether it was asked for."""
 _SAID = {"fitted": "fitted", "ambiguous": "ambiguous", "no_fit": "no fit"}
 
 
@@ -90,7 +95,7 @@ def _fit_parts(fitted: Fitted, unit: str) -> Iterator[Markup]:
 
 def _numbers(fitted: Fitted, unit: str) -> Iterator[Markup]:
     recognition = fitted.recognition
-    told = "" if recognition.uncertainty else "Nothing is known of their uncertainty under this criterion."
+    told = "" if recognition.uncertainty else _UNKNOWN["uncertainty" in recognition.include]
     parameters = tables.parameters_table(fitted.primitive, recognition.uncertainty, unit)
     parts = [_section(f"Parameters of the {fitted.primitive.kind}", told, parameters)]
     if recognition.extents:
@@ -169,7 +174,9 @@ def _views(fitted: Fitted, limit: float, unit: str) -> Markup:
     if fitted.recognition.status == "no_fit":
         told += " without a primitive: none explains them. z points up."
     elif fitted.recognition.extents is None:
-        told += f" without the {fitted.primitive.kind}: they do not say where it ends. z points up."
+        asked = "extents" in fitted.recognition.include
+        why = "they do not say where it ends" if asked else "where it ends was not asked for"
+        told += f" without the {fitted.primitive.kind}: {why}. z points up."
     else:
         kind = fitted.primitive.kind
         told += f" and the {kind}, trimmed to where they are. Its {DRAWINGS[kind].UPRIGHT} is upright."

@@ -67,7 +67,7 @@ def test_an_unknown_option_is_told_those_of_exports(service: Any) -> None:
     (error,) = response.json()["errors"]
     assert error["field"] == "units" and error["message"].endswith("artifacts, unit, chord_error")
     plain = service.client.post("/fit", content=CSV.read_bytes(), params={"units": "m"})
-    assert plain.json()["errors"][0]["message"].endswith("initial_guess")
+    assert plain.json()["errors"][0]["message"].endswith("include")
 
 
 def test_nothing_to_export_is_a_problem(service: Any) -> None:

@@ -306,3 +306,21 @@ def test_mutated_files_are_read_or_refused_and_never_crash(data: st.DataObject) 
         whole[start:end] = data.draw(st.binary(max_size=20) | st.just(b"\xff" * 8))
     with suppress(UnreadableFileError):
         assert np.isfinite(read(bytes(whole), Limits(points=1000, unpacked_bytes=2**20)).points).all()
+
+
+@pytest.mark.parametrize("change", [("<f8", "<f4"), ("<f8", ">f8"), ("False", "True ")])
+def test_a_header_that_came_before_is_not_taken_for_another_one(change: tuple[str, str]) -> None:
+    """Arrays of as many bytes in the header, and of the same bytes behind it, but for the one word."""
+    points = np.arange(12.0).reshape(4, 3) ** 2
+    stream = io.BytesIO()
+    np.save(stream, points)
+    whole = stream.getvalue()
+    for _ in range(2):
+        np.testing.assert_array_equal(read(whole).points, points)
+    other = whole.replace(change[0].encode(), change[1].encode())
+    if change[1] == "<f4":
+        other = other[: -points.nbytes // 2]
+    for _ in range(2):
+        np.testing.assert_array_equal(read(other).points, np.load(io.BytesIO(other)).astype(float))
+    with pytest.raises(UnreadableFileError):
+        read(whole[:-1])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from primfit.fitting.noise.scale import core_scale, is_normal
+from primfit.fitting.noise.scale import CORE, CORE_DEVIATION, core_scale, is_normal
 from primfit.fitting.search import polish
 from tests.fitting.clouds import EXAMPLES, noisy
 from tests.fitting.noise.spheres import radius_error
@@ -14,11 +14,11 @@ Patch = pytest.MonkeyPatch
 
 def test_the_deviation_of_a_core_is_the_ratio_of_its_integrals() -> None:
     def density(x: float) -> float:
-        return float((1.0 - (x / scale.CORE) ** 2) ** 2 * np.exp(-0.5 * x**2))
+        return float((1.0 - (x / CORE) ** 2) ** 2 * np.exp(-0.5 * x**2))
 
-    squares = quad(lambda x: x**2 * density(x), 0.0, scale.CORE)[0]
-    variance = squares / quad(density, 0.0, scale.CORE)[0]
-    assert scale.CORE_DEVIATION == pytest.approx(np.sqrt(variance), rel=1e-14)
+    squares = quad(lambda x: x**2 * density(x), 0.0, CORE)[0]
+    variance = squares / quad(density, 0.0, CORE)[0]
+    assert CORE_DEVIATION == pytest.approx(np.sqrt(variance), rel=1e-14)
 
 
 @pytest.mark.parametrize("outliers", [0, 1500])
