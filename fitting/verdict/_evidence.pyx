@@ -16,16 +16,18 @@ cdef extern from "geometry/room.h":
     double *room_for(Py_ssize_t numbers) except NULL
 
 
-def linear(int kind, const double[::1] row, const double[:, ::1] points, const double[::1] pivot):
+def linear(int kind, const double[::1] row, const double[:, ::1] points, const double[::1] pivot=None):
     """Distances (N,) of points (N, 3), their derivatives (N, dof) by a step, and their feet (N, 3).
 
-    The row (9,) is relative to the pivot (3,), about which the steps turn; points and feet are not.
+    The row (9,) is relative to the pivot (3,), the origin where there is none, about which the steps turn; points and
+    feet are not.
     """
     cdef Py_ssize_t i, n = points.shape[0]
     cdef int k
     cdef Surface surface
     cdef Points seen
     cdef double[3] outward
+    cdef double[3] origin = [0.0, 0.0, 0.0]
     residual, jacobian, feet = np.empty(n), np.empty((KINDS[kind].dof, n)), np.empty((n, 3))
     if not n:
         return residual, jacobian.T, feet
@@ -33,10 +35,12 @@ def linear(int kind, const double[::1] row, const double[:, ::1] points, const d
     cdef double[:, ::1] slopes = jacobian, foot = feet
     cdef double *room = room_for(3 * n)
     load(&surface, kind, &row[0])
+    if pivot is not None:
+        origin = [pivot[0], pivot[1], pivot[2]]
     with nogil:
         for i in range(n):
             for k in range(3):
-                room[k * n + i] = points[i, k] - pivot[k]
+                room[k * n + i] = points[i, k] - origin[k]
         seen.x, seen.y, seen.z, seen.n, seen.factor = room, room + n, room + 2 * n, n, NULL
         linearize(&surface, seen, &distance[0], &slopes[0, 0])
         for i in range(n):

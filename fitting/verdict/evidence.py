@@ -22,8 +22,6 @@ from ..trial.limits import Limits, moved
 from ..trial.trial import Trial
 from . import _evidence
 
-ORIGIN: Array = np.zeros(3)
-
 OUTLIER = 4.0
 """Points farther than this many noise scales are rejected as outliers: of normal noise 1 in 16,000."""
 
@@ -188,7 +186,7 @@ def _linear(primitive: Primitive, points: Array, limits: Limits | None) -> tuple
     """Distances (N,) of points (N, 3), their derivatives (N, k) by the free steps, and their feet (N, 3)."""
     code, points = CODES[primitive.kind], np.ascontiguousarray(points)
     if limits is None:
-        return _evidence.linear(code, primitive.row(), points, ORIGIN)
+        return _evidence.linear(code, primitive.row(), points)
     row = moved(primitive, -limits.pivot).row()
     residual, jacobian, feet = _evidence.linear(code, row, points, limits.pivot)
     return residual, jacobian @ limits.free_steps(row), feet
