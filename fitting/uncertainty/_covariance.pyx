@@ -509,8 +509,12 @@ def mixed(
     const double[:, :, ::1] meats, const double[:, ::1] shares, const double[::1] weights,
     const double[:, ::1] bread, int free_squares, double share, double quantile
 ):
-    """The covariance whose intervals are those of a mixture; see `fitting.uncertainty.covariance.mixed`."""
+    """The covariance whose intervals are those of a mixture; see `fitting.uncertainty.covariance.mixed`.
+
+    And the variance of steps under the first meat alone over what this is, in the mean over the directions.
+    """
     cdef int k = bread.shape[0], a, b, c
+    cdef double alone = 0.0, found = 0.0
     cdef Py_ssize_t parts = shares.shape[0]
     cdef double[MOST] ends
     cdef double[MOST * MOST] directions
@@ -526,5 +530,10 @@ def mixed(
                     for c in range(k):
                         view[a, b] += directions[a * MOST + c] * directions[b * MOST + c] * ends[c] * ends[c]
                     view[a, b] /= quantile * quantile
+            for c in range(k):
+                found += ends[c] * ends[c] / (quantile * quantile)
+                for a in range(k):
+                    for b in range(k):
+                        alone += directions[a * MOST + c] * meats[0, a, b] * directions[b * MOST + c]
     free(room)
-    return result
+    return result, alone / found if found > 0.0 else 1.0

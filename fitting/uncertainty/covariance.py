@@ -148,16 +148,15 @@ class Linear:
             self.rows, self.pull, self.slope, bread, self.copies, MOST_LEVERAGE
         )
         independent, noise = self.copies * independent, sqrt(square)
-        alone = bread @ independent @ bread
         if agreement is None:
-            return self._lifted(alone, noise)
+            return self._lifted(bread @ independent @ bread, noise)
         estimates, points = min(self.points, float(PATCHES)), self.points
         fields = self.copies**2 * agreement.fields(self.rows, self.gain, self.feet)
         meats = np.concatenate([independent[None], fields])
         free = max(int(estimates) - self.steps, 1)
-        matrix = mixed(meats, agreement.shares, agreement.weight, bread, free)
+        matrix, alike = mixed(meats, agreement.shares, agreement.weight, bread, free)
         if agreement.correlation is not None:
-            points = min(points * _alike(alone, matrix, self.square), points)
+            points *= min(alike, 1.0)
         return self._lifted(matrix, noise, points, estimates, agreement.correlation)
 
     def _lifted(
@@ -176,13 +175,7 @@ class Linear:
         return StepCovariance(matrix, bread, noise, effective or points, estimates or points, correlation)
 
 
-def _alike(independent: Array, found: Array, known: Array) -> float:
-    """The variance of steps under independent noise over what was found, in the mean over what is known."""
-    total = float(np.vdot(found, known))
-    return float(np.vdot(independent, known)) / total if total > 0.0 else 1.0
-
-
-def mixed(meats: Array, shares: Array, weights: Array, bread: Array, free: int) -> Array:
+def mixed(meats: Array, shares: Array, weights: Array, bread: Array, free: int) -> tuple[Array, float]:
     """The covariance (k, k) whose 95 % intervals are those of a mixture, in its principal directions.
 
     One of T covariances holds, each with its probability. A mean of them would not do: an unlikely one that
@@ -194,5 +187,9 @@ def mixed(meats: Array, shares: Array, weights: Array, bread: Array, free: int) 
     meats, shares : (R, k, k) and (T, R); B of an explanation is the sum of its shares of the meats
     weights : (T,) probabilities of the explanations, each of Student's t with `free` degrees of freedom
     bread : (k, k) the inverse of A, about which principal directions of the mean covariance are looked for
+
+    Returns
+    -------
+    It, and the variance of steps under the first meat alone over that, in the mean over what is known.
     """
     return _covariance.mixed(meats, shares, weights, bread, free, SHARE, half_interval(free))

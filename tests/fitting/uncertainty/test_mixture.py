@@ -17,7 +17,7 @@ UNIT = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, -2e-4], [0.0, -2e-4, 1e-6]])
 def mixed(parts: Array, weights: Array) -> Array:
     """Of covariances (T, k, k), each of which has a meat of its own."""
     root = np.linalg.inv(UNIT)
-    return covariance.mixed(root @ parts @ root, np.eye(len(parts)), weights, UNIT, FREE)
+    return covariance.mixed(root @ parts @ root, np.eye(len(parts)), weights, UNIT, FREE)[0]
 
 
 def test_of_one_covariance_it_is_this_one() -> None:
@@ -66,3 +66,11 @@ def test_one_part_has_the_quantile_of_student() -> None:
     found = mixture_ends(np.array([[3.0]]), np.ones(1), FREE, 0.95)
     np.testing.assert_allclose(found, 3.0 * quantile(FREE), rtol=1e-12)
     assert quantile(None) == pytest.approx(1.959963984540054, rel=1e-12)
+
+
+def test_the_first_meat_has_its_share_of_the_variance() -> None:
+    """In the mean over directions: a trace over the inverse of the unit, as it says."""
+    root = np.linalg.inv(UNIT)
+    parts, weights = np.stack([UNIT, UNIT + np.diag([90.0, 0.0, 0.0])]), np.array([0.3, 0.7])
+    found, alike = covariance.mixed(root @ parts @ root, np.eye(2), weights, UNIT, FREE)
+    assert alike == pytest.approx(np.trace(root @ parts[0]) / np.trace(root @ found), rel=1e-9)
