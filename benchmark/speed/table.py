@@ -9,7 +9,7 @@ STEPS: dict[str, tuple[str, ...]] = {
     "read": ("app.readers:read",),
     "check": (
         "app.engine.arrays:as_cloud",
-        "fitting.cloud.cloud:check_points",
+        "fitting.cloud.cloud:_cloud_in_box",
         "fitting.cloud.cloud:check_normals",
         "fitting.cloud.weights:factors_of",
     ),
@@ -17,7 +17,6 @@ STEPS: dict[str, tuple[str, ...]] = {
         "fitting.cloud.order:distance_keys",
         "fitting.cloud.order:canonical_order",
         "fitting.cloud.order:canonical_sample",
-        "fitting.cloud.order:is_first",
         "fitting.cloud.order:shuffled",
     ),
     "rounding": ("fitting.noise.rounding:rounding_of",),

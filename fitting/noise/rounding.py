@@ -1,5 +1,6 @@
 """How finely a cloud is written down: the rounding of its coordinates, and their decimal step."""
 
+import sys
 from dataclasses import dataclass
 from decimal import Decimal
 
@@ -17,7 +18,11 @@ COARSEST_STEPS = 1000
 lattice: a wrong surface may be as near."""
 
 EPS = tuple(float(np.finfo(each).eps) for each in (np.float64, np.float32))
-UNITS = np.array([float(f"1e-{decimals}") for decimals in range(324)])
+"""Relative spacing of numbers of both sizes."""
+
+UNITS = np.array(
+    [float(f"1e-{decimals}") for decimals in range(sys.float_info.dig - sys.float_info.min_10_exp)]
+)
 """Steps of coordinates of so many decimals."""
 
 ROUNDING_NOISE = 0.3

@@ -11,13 +11,13 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidPointCloudError
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import parameters
-from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
+from primfit.fitting.search import starts
 from primfit.synthetic import RECIPES, cloud
 from primfit.synthetic.shrec import SyntheticCloud, batch
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
@@ -333,10 +333,16 @@ def test_a_few_points_on_a_bent_tube_are_a_torus() -> None:
         assert answer.error is not None and answer.error.rms < 8e-4
 
 
-def test_a_ball_on_the_rings_of_a_spinning_laser_is_no_cone_about_the_laser() -> None:
-    """Noise along the ray leaves each ring on its cone: 7 % of these points to the last digit."""
+def test_a_ball_on_the_rings_of_a_spinning_laser_is_no_cone_about_the_laser(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Noise along the ray leaves each ring on its cone: 7 % of these points to the last digit.
+
+    Whether the search for a cone comes upon it is a matter of its starts.
+    """
     case = CASE_SETS["sensor"].draw(1201, 176)
     answer = recognize(case.points)
     assert answer.status == "fitted" and isinstance(answer.primitive, Sphere)
+    monkeypatch.setattr(starts, "RANKING", np.array([[160, 10, 40]]))
     cone = recognize(case.points, Config(kinds=("cone",)))
     assert cone.noise is not None and cone.noise.exact_share > 0.05

@@ -9,27 +9,27 @@ from primfit.fitting.geometry._linear import solve_circles, solve_linear
 @pytest.mark.parametrize("m", [1, 3, 7])
 def test_one_round_is_least_squares(m: int) -> None:
     rng = np.random.default_rng(m)
-    design, target = rng.normal(size=(6, 40, m)), rng.normal(size=(6, 40))
-    found = solve_linear(design, target, 1)
-    for solution, rows, right in zip(found, design, target, strict=True):
-        np.testing.assert_allclose(solution, np.linalg.lstsq(rows, right)[0], rtol=1e-8, atol=1e-10)
+    columns, target = rng.normal(size=(6, m, 40)), rng.normal(size=(6, 40))
+    found = solve_linear(columns, target, 1)
+    for solution, each, right in zip(found, columns, target, strict=True):
+        np.testing.assert_allclose(solution, np.linalg.lstsq(each.T, right)[0], rtol=1e-8, atol=1e-10)
 
 
 def test_rounds_come_to_what_most_rows_say() -> None:
     """A tenth of the rows are off by as much as the values are large."""
     rng = np.random.default_rng(2)
-    truth, design = np.array([1.0, -2.0, 0.5]), rng.normal(size=(1, 200, 3))
-    target = design @ truth + 1e-3 * rng.normal(size=(1, 200))
+    truth, columns = np.array([1.0, -2.0, 0.5]), rng.normal(size=(1, 3, 200))
+    target = truth @ columns + 1e-3 * rng.normal(size=(1, 200))
     target[0, :20] += 5.0
-    once, often = (solve_linear(design, target, rounds)[0] for rounds in (1, 12))
+    once, often = (solve_linear(columns, target, rounds)[0] for rounds in (1, 12))
     assert np.abs(often - truth).max() < 1e-3 < 0.1 < np.abs(once - truth).max()
 
 
 def test_a_system_is_solved_as_it_would_be_alone() -> None:
     rng = np.random.default_rng(3)
-    design, target = rng.normal(size=(5, 30, 4)), rng.normal(size=(5, 30))
-    together = solve_linear(design, target, 5)
-    alone = [solve_linear(design[i : i + 1], target[i : i + 1], 5)[0] for i in range(5)]
+    columns, target = rng.normal(size=(5, 4, 30)), rng.normal(size=(5, 30))
+    together = solve_linear(columns, target, 5)
+    alone = [solve_linear(columns[i : i + 1], target[i : i + 1], 5)[0] for i in range(5)]
     np.testing.assert_array_equal(together, alone)
 
 
@@ -43,4 +43,4 @@ def test_circles_are_those_through_their_points() -> None:
 
 def test_more_unknowns_than_there_is_room_for_are_refused() -> None:
     with pytest.raises(ValueError, match="at most"):
-        solve_linear(np.zeros((1, 20, 12)), np.zeros((1, 20)), 1)
+        solve_linear(np.zeros((1, 12, 20)), np.zeros((1, 20)), 1)

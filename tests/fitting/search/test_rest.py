@@ -69,7 +69,7 @@ def test_it_ends_where_rounds_do(start: Primitive, weighted: bool) -> None:
 
 
 def test_an_axis_that_lies_in_the_plane_where_its_basis_jumps() -> None:
-    points = noisy_arc(np.random.default_rng(6))[:, [2, 0, 1]]
+    points = np.ascontiguousarray(noisy_arc(np.random.default_rng(6))[:, [2, 0, 1]])
     row, found, _ = together(Cylinder([1, 0, 1e-3], [0, 0, 0], 0.5), points)
     _, scale = by_rounds(Cylinder.from_row(row), points, None, ROUNDS)
     assert found == pytest.approx(scale, rel=1e-10)

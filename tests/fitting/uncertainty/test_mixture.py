@@ -5,9 +5,9 @@ import pytest
 from scipy.special import stdtr, stdtrit
 
 from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.noise.student import half_interval
 from primfit.fitting.uncertainty import covariance
 from primfit.fitting.uncertainty._covariance import mixture_ends
-from primfit.fitting.uncertainty.covariance import quantile
 from tests.fitting.uncertainty import reference_covariance as reference
 
 FREE = 60
@@ -64,8 +64,8 @@ def test_what_is_certain_needs_no_interval() -> None:
 
 def test_one_part_has_the_quantile_of_student() -> None:
     found = mixture_ends(np.array([[3.0]]), np.ones(1), FREE, 0.95)
-    np.testing.assert_allclose(found, 3.0 * quantile(FREE), rtol=1e-12)
-    assert quantile(None) == pytest.approx(1.959963984540054, rel=1e-12)
+    np.testing.assert_allclose(found, 3.0 * half_interval(FREE), rtol=1e-12)
+    assert half_interval(None) == pytest.approx(1.959963984540054, rel=1e-12)
 
 
 def test_the_first_meat_has_its_share_of_the_variance() -> None:
