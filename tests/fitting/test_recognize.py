@@ -11,6 +11,7 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidPointCloudError
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import parameters
+from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
