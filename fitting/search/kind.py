@@ -21,8 +21,10 @@ from .polish import polish
 from .starts import ranked_starts
 from .view import View
 
-UNEXPLAINED = 2.0
-"""The flattest part of the cloud is searched, too, where what is left over is this many times its noise."""
+UNEXPLAINED, OUTLYING, SCATTERED = 2.0, 0.05, 0.03
+"""The flattest part of the cloud is searched, too, where what is left over is so many times its noise, and what a
+search that outliers have misled leaves: so large a share of them, or so much noise over the extent. Noise
+that neighbours share is left over as well, but without either."""
 
 LEAST_TURN = 1e-3
 """A curved surface whose normals turn by less [rad] between points of one plane is that plane."""
@@ -110,7 +112,7 @@ def _likeliest(starts: Array, view: View, rng: np.random.Generator) -> Annealed:
     trial, best = view.trial, search(starts, view)
     if best.exact_share > 0.0 or len(trial.cloud.flattest) < trial.primitive.dof:
         return best
-    if _noise(best.row, trial).scale <= UNEXPLAINED * trial.cloud.local_noise:
+    if not _is_misled(_noise(best.row, trial), trial):
         return best
     flattest = View.of_flattest(trial)
     others = ranked_starts(flattest, rng)
@@ -118,6 +120,13 @@ def _likeliest(starts: Array, view: View, rng: np.random.Generator) -> Annealed:
         return best
     ends = (best, search(others, flattest))
     return max(ends, key=lambda end: _noise(end.row, trial).log_likelihood)
+
+
+def _is_misled(noise: NoiseModel, trial: Trial) -> bool:
+    """Whether noise may come of a surface that outliers have led the search to."""
+    if noise.scale <= UNEXPLAINED * trial.cloud.local_noise:
+        return False
+    return noise.outlier_share > OUTLYING or noise.scale > SCATTERED * trial.cloud.extent
 
 
 def _noise(row: Array, trial: Trial) -> NoiseModel:
