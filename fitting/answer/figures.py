@@ -4,6 +4,7 @@ from ..cloud.cloud import Cloud
 from ..fields.fields import Explanations
 from ..geometry.vectors import Array
 from ..primitives.primitive import Primitive
+from ..solver.refine import distances
 from ..verdict.evidence import Evidence
 from . import _figures
 from .values import Deviation, ErrorSummary, NoiseSummary
@@ -17,8 +18,8 @@ def summarize(primitive: Primitive, evidence: Evidence) -> ErrorSummary:
     points, scale = evidence.cloud.points, evidence.cloud.frame.scale
     judged = evidence.distance  # of the working points, which are all where they are as many
     if len(judged) != len(points):
-        judged = evidence.primitive.signed_distance(points)
-    signed = judged if primitive is evidence.primitive else primitive.signed_distance(points)
+        judged = distances(evidence.primitive, points)
+    signed = judged if primitive is evidence.primitive else distances(primitive, points)
     rms, mean, p95, largest, zone, near, share = _figures.figures(signed, judged, evidence.reach, TAIL)
     return ErrorSummary(
         rms=scale * rms,

@@ -137,8 +137,7 @@ def log_mean(logarithms: Array) -> float:
     """Logarithm of the mean of what these are logarithms of."""
     if not len(logarithms):
         return -np.inf
-    highest = logarithms.max()
-    return float(highest + np.log(np.mean(np.exp(logarithms - highest))))
+    return float(np.logaddexp.reduce(logarithms)) - math.log(len(logarithms))
 
 
 def explanations(patched: Patched, extent: float, least: float) -> Explanations:

@@ -232,6 +232,28 @@ def solve_profiles(const double[:, ::1] points, const double[:, ::1] axes, const
     return result
 
 
+def solve_cones(const double[:, ::1] x, const double[:, ::1] y, const double[:, ::1] height, int rounds):
+    """Solutions (K, 5) of  x^2 + y^2 = a x + b y + m h^2 + e h + f,  and the median heights (K,)."""
+    cdef Py_ssize_t k, i, n = x.shape[1]
+    result, middle = np.empty((x.shape[0], 5)), np.empty(x.shape[0])
+    cdef double[:, ::1] view = result
+    cdef double[::1] middle_view = middle
+    cdef double *room = room_for(9 * n)
+    cdef double *columns = room + 3 * n
+    cdef double *target = room + 8 * n
+    with nogil:
+        for k in range(x.shape[0]):
+            for i in range(n):
+                columns[i], columns[n + i], columns[3 * n + i] = x[k, i], y[k, i], height[k, i]
+                columns[2 * n + i], columns[4 * n + i] = height[k, i] * height[k, i], 1.0
+                target[i] = x[k, i] * x[k, i] + y[k, i] * y[k, i]
+                room[i] = height[k, i]
+            middle_view[k] = median(room, n)
+            solve_overdetermined(columns, target, n, 5, rounds, room, &view[k, 0])
+    free(room)
+    return result, middle
+
+
 cdef void reduced_scatter(const double *scatter, double *coupling, double *reduced) noexcept nogil:
     """Of the lower triangle of a scatter (6, 6) of moments and normals: C = N^-1 K and M - K^T C, (3, 3) each."""
     cdef double lower[3 * MOST]

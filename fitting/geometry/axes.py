@@ -140,6 +140,16 @@ def profile_circles(points: Array, axes: Array, feet: Array, rounds: int = 4) ->
     )
 
 
+def cones(x: Array, y: Array, height: Array, rounds: int = 4) -> tuple[Array, Array]:
+    """The quadrics  x^2 + y^2 = a x + b y + m h^2 + e h + f  through K sets of N points.
+
+    Coefficients (K, 5), and the median heights (K,).
+    """
+    return _linear.solve_cones(
+        np.ascontiguousarray(x), np.ascontiguousarray(y), np.ascontiguousarray(height), rounds
+    )
+
+
 def _circles_of(solution: Array) -> tuple[Array, Array, Array]:
     """Centres and radii of  x^2 + y^2 = a x + b y + c  from (K, 3)."""
     center_x, center_y = solution[:, 0] / 2.0, solution[:, 1] / 2.0

@@ -27,12 +27,13 @@ def vector(values: object) -> Array:
 
 def unit(values: object) -> Array:
     """`vector(values)` divided by its length; raises `ValueError` for a zero or non-finite vector."""
-    direction = np.array(values, dtype=np.float64).reshape(3)
-    largest = float(np.abs(direction).max())
-    if not math.isfinite(largest) or largest == 0.0:
-        raise ValueError(f"a direction needs a finite, non-zero vector, not {direction.tolist()}")
-    direction /= largest
-    return vector(direction / math.sqrt(direction @ direction))
+    x, y, z = direction = np.array(values, dtype=np.float64).reshape(3).tolist()
+    largest = max(abs(x), abs(y), abs(z))
+    if not all(map(math.isfinite, direction)) or largest == 0.0:
+        raise ValueError(f"a direction needs a finite, non-zero vector, not {direction}")
+    x, y, z = x / largest, y / largest, z / largest
+    length = math.sqrt(x * x + y * y + z * z)
+    return vector([x / length, y / length, z / length])
 
 
 def cross(a: Array, b: Array) -> Array:

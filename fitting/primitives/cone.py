@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import Oriented, Seen, random_subsets, robust_linear_solve
+from ..geometry.axes import Oriented, Seen, cones, random_subsets
 from ..geometry.turning import bent_straight
 from ..geometry.vectors import (
     TINY,
@@ -101,12 +101,11 @@ class Cone(Primitive):
     @classmethod
     def rows_about(cls, seen: Seen, rounds: int = 4) -> Array:
         """For each direction the quadric  x^2 + y^2 = a x + b y + m h^2 + e h + f,  m = tan^2 t."""
-        x, y, height = seen.x, seen.y, seen.height
-        columns = np.stack([x, y, height**2, height, np.ones_like(x)], axis=1)
-        a, b, m, e, _ = robust_linear_solve(columns, x**2 + y**2, rounds).T
+        found, middle = cones(seen.x, seen.y, seen.height, rounds)
+        a, b, m, e, _ = found.T
         m = np.clip(m, 0.01, 100.0)
         apex = -e / (2.0 * m)
-        side = np.where(np.median(height, axis=1) > apex, 1.0, -1.0)
+        side = np.where(middle > apex, 1.0, -1.0)
         angles = np.arctan(np.sqrt(m))
         feet = seen.placed(a / 2.0, b / 2.0)
         return rows(side[:, None] * seen.axes, feet, angles, offset=-side * apex * np.sin(angles))

@@ -12,6 +12,8 @@ from ..trial._limits cimport MOST, Bounds, Held, Points, Surface, held_by, linea
 cdef extern from "noise/kernels.h" nogil:
     enum:
         GEMAN_MCCLURE
+        TUKEY
+    double cost_of(int kernel, double scale, const double *distance, Py_ssize_t n)
 
 cdef extern from "noise/scale.h" nogil:
     bint absolutes(const double *distance, Py_ssize_t n, double *absolute)
@@ -120,6 +122,46 @@ def race(
         linearize(&surfaces[k], seen, &last_view[k, 0], NULL)
     free(room)
     return result, last
+
+
+def distinct(const double[:, ::1] distances, double same, int most):
+    """Numbers of the first rows (K, N) whose magnitudes differ from those of all before, at most so many.
+
+    Two are the same where they differ by less than this share of the earlier one, in the mean square.
+    """
+    cdef Py_ssize_t n = distances.shape[1], i, j, k
+    cdef double apart, size
+    chosen = []
+    for k in range(distances.shape[0]):
+        for j in chosen:
+            apart = size = 0.0
+            for i in range(n):
+                apart += (fabs(distances[k, i]) - fabs(distances[j, i])) ** 2
+                size += distances[j, i] ** 2
+            if not apart > same * same * size:
+                break
+        else:
+            chosen.append(k)
+            if len(chosen) == most:
+                break
+    return chosen
+
+
+def cheapest(const double[:, ::1] distances, double smallest):
+    """Number of the row (K, N) that costs least under a biweight, at the smallest of their median magnitudes."""
+    cdef Py_ssize_t n = distances.shape[1], k, best = 0
+    cdef double scale = INFINITY, cost, least = INFINITY
+    cdef double *room = room_for(n)
+    with nogil:
+        for k in range(distances.shape[0]):
+            if absolutes(&distances[k, 0], n, room):
+                scale = min(scale, median(room, n))
+        for k in range(distances.shape[0]):
+            cost = cost_of(TUKEY, max(scale, smallest), &distances[k, 0], n)
+            if cost < least:
+                least, best = cost, k
+    free(room)
+    return best
 
 
 def anneal(

@@ -7,7 +7,6 @@ import numpy as np
 
 from ..geometry.vectors import TINY, Array
 from ..noise.exact import exact_points
-from ..noise.kernels import Kernel
 from ..noise.scale import CORE, CORE_DEVIATION
 from ..solver.refine import CODES
 from ..trial.trial import Trial
@@ -82,6 +81,4 @@ def best_of(ends: list[Annealed]) -> Annealed:
     best = max(ends, key=lambda end: end.exact_share)
     if best.exact_share > 0.0 or len(ends) == 1:
         return best
-    squared = np.array([end.distance for end in ends]) ** 2
-    scale2 = max(float(np.median(squared, axis=1).min()), TINY)
-    return ends[int(np.argmin(Kernel.TUKEY.rho(squared.ravel() / scale2).reshape(squared.shape).sum(axis=1)))]
+    return ends[_search.cheapest(np.array([end.distance for end in ends]), TINY)]

@@ -22,9 +22,9 @@ from .starts import ranked_starts
 from .view import View
 
 UNEXPLAINED, OUTLYING, SCATTERED = 2.0, 0.05, 0.03
-"""The flattest part of the cloud is searched, too, where what is left over is so many times its noise, and what a
-search that outliers have misled leaves: so large a share of them, or so much noise over the extent. Noise
-that neighbours share is left over as well, but without either."""
+"""The flattest part of the cloud is searched, too, where what is left over is so many times its noise, and
+what a search that outliers have misled leaves: so large a share of them, or so much noise over the extent.
+Noise that neighbours share is left over as well, but without either."""
 
 LEAST_TURN = 1e-3
 """A curved surface whose normals turn by less [rad] between points of one plane is that plane."""

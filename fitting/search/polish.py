@@ -8,7 +8,7 @@ from ..noise.exact import exact_points, is_peaked
 from ..noise.kernels import CUTOFF, Kernel
 from ..noise.scale import CORE, CORE_DEVIATION, SCALE_AT_REST, is_normal
 from ..primitives.primitive import Primitive
-from ..solver.refine import CODES, LIMITED_STEPS, distances, refine
+from ..solver.refine import CODES, LIMITED_STEPS, STEPS, distances, refine
 from ..trial.trial import Trial
 from . import _rest
 from .anneal import SLOW_SHRINK, anneal
@@ -17,10 +17,10 @@ from .finished import Finished
 MOST_ROUNDS = 100
 """Rounds of choosing points or a scale and refining on them."""
 
-LONG_ROUNDS, ROUND_STEPS = 20, 3
-"""Where nothing limits the surface, so many rounds are taken at most, of so many steps: more of them bring a
-surface nearer to where it would rest at a scale that it changes. What has come to no rest by then is on its
-way to a simpler kind."""
+LONG_ROUNDS, ROUND_STEPS, POINT_STEPS = 20, 2, 2000
+"""Where nothing limits the surface, so many rounds are taken at most, of so many steps, or of as many as look
+at so many points in all: more of them bring a surface nearer to where it would rest at a scale that it
+changes. What has come to no rest by then is on its way to a simpler kind."""
 
 
 def polish(primitive: Primitive, trial: Trial) -> Finished:
@@ -77,12 +77,13 @@ def _with_its_scale(primitive: Primitive, trial: Trial) -> tuple[Array, float, A
     without end leads, comes to no rest.
     """
     cloud, limits = trial.cloud, trial.limits
+    steps = min(max(POINT_STEPS // len(cloud.working), ROUND_STEPS), STEPS)
     return _rest.with_its_scale(
         CODES[trial.kind],
         primitive.row(),
         np.ascontiguousarray(cloud.working),
         cloud.tolerance,
-        LIMITED_STEPS if limits else ROUND_STEPS,
+        LIMITED_STEPS if limits else steps,
         MOST_ROUNDS if limits else LONG_ROUNDS,
         np.array(primitive.chart.across, np.int64).reshape(-1, 2),
         CORE,

@@ -56,16 +56,8 @@ def ranked_starts(view: View, rng: np.random.Generator, extra: Sequence[Array] =
 
 def distinct_starts(starts: Array, view: View) -> list[Array]:
     """Of the starts (K, 9), after some more steps, the best few that have not come to the same end."""
-    chosen: list[Array] = []
-    ends: list[Array] = []
     rows, distances = race(view.trial, starts, view.points[:GUESS_POINTS], SETTLING)
-    for row, distance in zip(rows, np.abs(distances), strict=True):
-        if all(np.linalg.norm(distance - other) > SAME_END * np.linalg.norm(other) for other in ends):
-            chosen.append(row)
-            ends.append(distance)
-        if len(chosen) == STARTS:
-            break
-    return chosen
+    return [rows[k] for k in _search.distinct(distances, SAME_END, STARTS)]
 
 
 def distance_to(trial: Trial, surface: Primitive, rng: np.random.Generator) -> float:
@@ -74,8 +66,9 @@ def distance_to(trial: Trial, surface: Primitive, rng: np.random.Generator) -> f
     A few robust steps of each start on these points without noise, with their true normals.
     """
     points = trial.cloud.oriented.points
-    feet = points - surface.signed_distance(points)[:, None] * surface.gradient(points)
-    guesses = trial.primitive.initial_guesses(Oriented(feet, surface.gradient(feet)), rng)
+    normals = surface.gradient(points)
+    feet = points - surface.signed_distance(points)[:, None] * normals
+    guesses = trial.primitive.initial_guesses(Oriented(feet, normals), rng)
     _, distances = race(trial.free, guesses, feet, RANKING)
     if not len(distances):
         return np.inf

@@ -17,7 +17,7 @@ from ..noise.outliers import NoiseModel
 from ..noise.rounding import ROUNDING_NOISE
 from ..primitives import is_length
 from ..primitives.primitive import Primitive
-from ..solver.refine import CODES
+from ..solver.refine import CODES, distances
 from ..trial.limits import Limits, moved
 from ..trial.trial import Trial
 from . import _evidence
@@ -81,7 +81,7 @@ class Evidence:
         """Of a primitive, in the frame of the cloud, that was fitted to it within the limits of the trial."""
         cloud, row = trial.cloud, primitive.row()
         free = primitive.dof - trial.held(row)
-        distance = primitive.signed_distance(cloud.working)
+        distance = distances(primitive, cloud.working)
         absolute = np.abs(distance)
         exact = exact_points(absolute, cloud.tolerance, trial.dof)
         any_exact, all_exact = bool(exact.any()), bool(exact.all())
