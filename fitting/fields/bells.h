@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fields/factors.h"
-#include "geometry/falling.h"
+#include "geometry/vectors.h"
 
 /* Correlations (m, m) of n patches that are so far apart (n, n):  exp(-d / span)  of a rough field,
    exp(-d^2 / 2 span^2)  of a smooth one; rows and columns beyond n are 0. */

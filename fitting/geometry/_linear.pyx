@@ -6,7 +6,7 @@ from libc.stdlib cimport free
 
 import numpy as np
 
-cdef extern from "geometry/columns.h" nogil:
+cdef extern from "geometry/small.h" nogil:
     void weighted_sums(
         const double *weight, const double *d, const double *columns, Py_ssize_t n, int m, double *scratch,
         double *normal, int width, double *gradient

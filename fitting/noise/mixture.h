@@ -1,7 +1,7 @@
 /* Distances as a mixture of noise and outliers. */
 #pragma once
 
-#include "geometry/falling.h"
+#include "geometry/vectors.h"
 
 #define HALF_LOG_2_PI 0.91893853320467274178
 

@@ -1,7 +1,7 @@
 /* Normal equations of weighted least squares under a kernel. */
 #pragma once
 
-#include "geometry/columns.h"
+#include "geometry/small.h"
 #include "noise/kernels.h"
 
 /* J^T W J (lower triangle, rows of `width`) and J^T W d; the scratch holds 2 n numbers. */

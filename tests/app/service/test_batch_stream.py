@@ -70,9 +70,11 @@ def _npy(array: np.ndarray) -> bytes:
 
 
 def _big(n_points: int = 2_000_000) -> bytes:
-    """A cloud whose answer takes seconds."""
-    angle, height = np.random.default_rng(1).uniform(0, 5, (2, n_points))
-    return _npy(np.column_stack([np.cos(angle), np.sin(angle), height]).astype(np.float32))
+    """A cloud whose minimum zone takes seconds."""
+    rng = np.random.default_rng(1)
+    angle, height = rng.uniform(0, 5, (2, n_points))
+    radius = rng.normal(1.0, 0.01, n_points)
+    return _npy(np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height]).astype(np.float32))
 
 
 def _post(service: Service, *files: tuple[str, bytes], **more: Any) -> list[dict[str, Any]]:
@@ -372,9 +374,9 @@ def test_bodies_and_points_are_limited_as_ever(strict_service: Service) -> None:
     assert "answer" in lines[1]
 
 
-def _streamed(service: Service, *files: tuple[str, bytes]) -> Any:
+def _streamed(service: Service, *files: tuple[str, bytes], **options: str) -> Any:
     parts = [("file", file) for file in files]
-    return service.client.stream("POST", "/fit/batch", files=parts)
+    return service.client.stream("POST", "/fit/batch", files=parts, params=options)
 
 
 def _wait_for_work(service: Service) -> int:
@@ -388,7 +390,8 @@ def _wait_for_work(service: Service) -> int:
 @needs_proc
 def test_lines_come_before_the_last_item_is_done_and_a_lost_worker_costs_one(single: Service) -> None:
     """The worker is killed over the second file, when the first line is there: so the line did not wait."""
-    with _streamed(single, ("a.csv", CSV), ("b.npy", _big()), ("c.csv", _many(2))) as response:
+    files = ("a.csv", CSV), ("b.npy", _big()), ("c.csv", _many(2))
+    with _streamed(single, *files, criterion="minimum_zone") as response:
         lines = response.iter_lines()
         first = json.loads(next(lines))
         os.kill(_wait_for_work(single), signal.SIGKILL)
