@@ -1,6 +1,6 @@
 """The pipeline: check, normalise, rank, and for each kind guess, refine, weigh, until none can overtake."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -11,16 +11,19 @@ from .cloud.cloud import Cloud
 from .errors import FailedFit, InvalidPointCloudError
 from .geometry.vectors import Array
 from .names import KINDS
+from .primitives.primitive import Primitive
 from .request.config import COUNTING_ALL, EXTREME, Config, takes_no
 from .request.reach import check_reach
 from .search.kind import fit_kind
 from .search.starts import distance_to
 from .trial.trial import Trial
-from .verdict.classifier import Classifier
+from .verdict.classifier import Classifier, FittingClassifier
 from .verdict.evidence import Evidence
 from .verdict.judge import Question, best_of, claim, decide, may_overtake
 
 DEFAULT_CONFIG = Config()
+
+RoughFits = Callable[[str], Primitive | None]
 
 
 def recognize(
@@ -56,11 +59,12 @@ def recognize(
     check_reach(config.constraints, config.initial_guess, cloud.frame)
     trials = {kind: Trial.of(kind, cloud, config.constraints) for kind in config.kinds}
     _check_count(trials, config)
-    probabilities = _rank(cloud, classifier) if classifier else None
+    probabilities, rough = _rank(cloud, classifier) if classifier else (None, _nothing)
     queue = _Queue(trials, probabilities, config)
     tries: list[Tried] = []
     while trial := queue.next_after(tries):
-        tries.append(_attempt(trial, config, probabilities))
+        first = None if tries else rough(trial.kind)
+        tries.append(_attempt(trial, config, probabilities, first))
     claims = [tried.claim for tried in tries if isinstance(tried, Fitted)]
     if not claims:
         return nothing(tries, len(cloud.points), config)
@@ -84,14 +88,28 @@ def _check_count(trials: Mapping[str, Trial], config: Config) -> None:
         raise InvalidPointCloudError(f"{n_points} points given; a {kinds}{within} needs at least {fewest}")
 
 
-def _rank(cloud: Cloud, classifier: Classifier) -> Mapping[str, float]:
-    """Probabilities of all kinds: those that the classifier has not learnt have an equal share each."""
-    found = classifier.rank(cloud.working[cloud.sample[: len(cloud.normals)]], cloud.normals)
+def _rank(cloud: Cloud, classifier: Classifier) -> tuple[Mapping[str, float], RoughFits]:
+    """Probabilities of all kinds, and rough surfaces of some.
+
+    Kinds that the classifier has not learnt have an equal share each.
+    """
+    seen = cloud.working[cloud.sample[: len(cloud.normals)]], cloud.normals
+    rough: RoughFits = _nothing
+    if isinstance(classifier, FittingClassifier):
+        found, rough = classifier.rank_and_fit(*seen)
+    else:
+        found = classifier.rank(*seen)
     others = [kind for kind in KINDS if kind not in found]
     if not others:
-        return found
+        return found, rough
     left = 1.0 - len(others) / len(KINDS)
-    return {kind: left * share for kind, share in found.items()} | dict.fromkeys(others, 1.0 / len(KINDS))
+    shares = {kind: left * share for kind, share in found.items()}
+    return shares | dict.fromkeys(others, 1.0 / len(KINDS)), rough
+
+
+def _nothing(kind: str) -> Primitive | None:
+    """The rough surfaces of a classifier that fits none."""
+    return None
 
 
 def _tolerance(config: Config, cloud: Cloud) -> float:
@@ -138,11 +156,13 @@ class _Queue:
         return may_overtake(kind, self._probabilities[kind], best, tolerance, apart)
 
 
-def _attempt(trial: Trial, config: Config, probabilities: Mapping[str, float] | None) -> Tried:
+def _attempt(
+    trial: Trial, config: Config, probabilities: Mapping[str, float] | None, rough: Primitive | None
+) -> Tried:
     kind, cloud = trial.kind, trial.cloud
     probability = probabilities[kind] if probabilities else None
     rng = np.random.default_rng([config.seed, 1, KINDS.index(kind)])
-    fit = fit_kind(trial, config.criterion, rng, config.initial_guess)
+    fit = fit_kind(trial, config.criterion, rng, config.initial_guess, rough)
     if isinstance(fit, FailedFit):
         return Failed(Attempt(kind, probability, "failed", fit.reason, None, None, None))
     evidence = Evidence.weigh(fit.robust, trial)

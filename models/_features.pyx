@@ -57,11 +57,16 @@ def radii(const double[:, ::1] points, const double[::1] center):
 
 
 def chosen(const double[:, ::1] points, const double[:, ::1] normals, const Py_ssize_t[::1] order, Py_ssize_t most):
-    """At most so many of the points (N, 3), evenly over their order (N,), centred, in rms radii; and their normals."""
+    """At most so many of the points (N, 3), evenly over their order (N,), centred, in rms radii; and their normals.
+
+    With the centre (3,) and the rms radius that they had.
+    """
     cdef Py_ssize_t i, place, n = order.shape[0], count = min(n, most)
     cdef double squares = 0.0
     cdef double mean[3]
     cdef int axis
+    center = np.empty(3)
+    cdef double[::1] middle = center
     few, few_normals = np.empty((count, 3)), np.empty((count, 3))
     cdef double[:, ::1] off = few
     cdef double[:, ::1] normal = few_normals
@@ -71,16 +76,18 @@ def chosen(const double[:, ::1] points, const double[:, ::1] normals, const Py_s
         for axis in range(3):
             off[i, axis], normal[i, axis] = points[place, axis], normals[place, axis]
             mean[axis] += off[i, axis]
+    for axis in range(3):
+        middle[axis] = mean[axis] / count
     for i in range(count):
         for axis in range(3):
-            off[i, axis] -= mean[axis] / count
+            off[i, axis] -= middle[axis]
         squares += dot(&off[i, 0], &off[i, 0])
     if squares > 0.0:
         squares = sqrt(squares / count)
         for i in range(count):
             for axis in range(3):
                 off[i, axis] /= squares
-    return few, few_normals
+    return few, few_normals, center, squares
 
 
 def shape(const double[:, ::1] points):

@@ -1,13 +1,15 @@
 """What the classifiers on features share: loaded with their card, asked with points and normals."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .features import features
+from primfit.fitting.primitives.primitive import Primitive
+
+from .features import features_and_fits
 from .rough import KINDS
 from .weights import load
 
@@ -36,7 +38,14 @@ class FeatureClassifier(ABC):
         points : (N, 3), any frame and unit
         normals : (N, 3) unit normals, signs arbitrary
         """
-        return dict(zip(KINDS, self.probabilities(features(points, normals)[None])[0].tolist(), strict=True))
+        return self.rank_and_fit(points, normals)[0]
+
+    def rank_and_fit(
+        self, points: Array, normals: Array
+    ) -> tuple[dict[str, float], Callable[[str], Primitive | None]]:
+        """The same, and what gives the surface of a kind that was fitted roughly on the way."""
+        row, fits = features_and_fits(points, normals)
+        return dict(zip(KINDS, self.probabilities(row[None])[0].tolist(), strict=True)), fits.of
 
     @abstractmethod
     def probabilities(self, rows: Array) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _features
-from .rough import N_ROUGH, rough_features
+from .rough import N_ROUGH, RoughFits, rough_features
 
 Array = NDArray[np.float64]
 
@@ -52,15 +52,15 @@ def features(points: Array, normals: Array) -> Array:
     -------
     (N_FEATURES,) finite numbers of order 1, bit for bit the same for every order of the points
     """
-    points, normals = representatives(points, normals)
-    return np.concatenate(
-        [
-            shape_features(points),
-            *normal_features(normals),
-            *pair_features(points, normals),
-            rough_features(points, normals),
-        ]
-    )
+    return features_and_fits(points, normals)[0]
+
+
+def features_and_fits(points: Array, normals: Array) -> tuple[Array, RoughFits]:
+    """The features of a cloud, and the rough fits that some of them are about."""
+    points, normals, center, radius = _representatives(points, normals)
+    row, fits = rough_features(points, normals)
+    found = [shape_features(points), *normal_features(normals), *pair_features(points, normals), row]
+    return np.concatenate(found), RoughFits(fits, center, radius)
 
 
 def representatives(points: Array, normals: Array) -> tuple[Array, Array]:
@@ -69,13 +69,20 @@ def representatives(points: Array, normals: Array) -> tuple[Array, Array]:
     The choice follows the shape, not the order or the pose: coordinates are sorted before they are summed,
     and points at equal distances are ordered by their coordinates.
     """
+    return _representatives(points, normals)[:2]
+
+
+def _representatives(points: Array, normals: Array) -> tuple[Array, Array, Array, float]:
+    """With the centre (3,) and the rms radius that they had."""
     points, normals = (np.ascontiguousarray(each, np.float64) for each in (points, normals))
-    centered, radius = _features.radii(points, np.sort(points, axis=0).mean(axis=0))
+    centroid = np.sort(points, axis=0).mean(axis=0)
+    centered, radius = _features.radii(points, centroid)
     order = np.argsort(radius)
     ascending = radius[order]
     if (ascending[1:] == ascending[:-1]).any():
         order = np.lexsort((*centered.T, radius))
-    return _features.chosen(centered, normals, order, SAMPLE_POINTS)
+    few, few_normals, center, size = _features.chosen(centered, normals, order, SAMPLE_POINTS)
+    return few, few_normals, centroid + center, size
 
 
 def shape_features(points: Array) -> Array:

@@ -5,13 +5,17 @@ looked for only where the cloud has one: in its normals, its principal axes and 
 best.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from primfit.fitting.geometry.axes import RevolutionAxis, Seen, revolution_axis
 from primfit.fitting.geometry.vectors import rows
+from primfit.fitting.primitives import PRIMITIVES
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.search.starts import compete
@@ -80,7 +84,23 @@ def _median(values: Array) -> Array:
     return np.partition(values, middle, axis=-1)[..., middle]
 
 
-def rough_features(points: Array, normals: Array) -> Array:
+@dataclass(frozen=True, eq=False)
+class RoughFits:
+    """A rough surface of each kind, as rows (5, 9) relative to a centre, over the rms radius of a cloud."""
+
+    rows: Array
+    center: Array
+    radius: float
+
+    def of(self, kind: str) -> Primitive | None:
+        """That of a kind, in the unit and the frame of the cloud; None if there is none."""
+        row = self.rows[KINDS.index(kind)] if kind in KINDS else None
+        if row is None or not np.isfinite(row).all() or self.radius == 0.0:
+            return None
+        return PRIMITIVES[kind].from_row(row).transformed(np.eye(3), self.center, self.radius)
+
+
+def rough_features(points: Array, normals: Array) -> tuple[Array, Array]:
     """How far each kind is from the points, how the distances compare, and what shapes were found.
 
     Parameters
@@ -90,7 +110,7 @@ def rough_features(points: Array, normals: Array) -> Array:
 
     Returns
     -------
-    (N_ROUGH,)
+    (N_ROUGH,), and the rough surfaces (5, 9)
     """
     line = revolution_axis(points, normals, rounds=3)
     fits, distances = rough_fits(points, normals, line)
@@ -100,7 +120,7 @@ def rough_features(points: Array, normals: Array) -> Array:
     scale = max(float(median.min()) * 1.48, 1e-5)
     cost = np.minimum(squared / scale**2, OUTLYING).sum(axis=1) / 2.0
     _, sphere, cylinder, cone, torus = fits
-    return np.concatenate(
+    found = np.concatenate(
         [
             np.log10(np.maximum(line.eigenvalues, 0.0) + FLOOR),
             [np.log10(len(points))],
@@ -116,3 +136,4 @@ def rough_features(points: Array, normals: Array) -> Array:
             ],
         ]
     )
+    return found, fits

@@ -14,7 +14,7 @@ from ..request.config import FITTING_KINDS
 from ..solver.refine import distances
 from ..trial.limits import Limits, moved
 from ..trial.trial import Trial
-from .anneal import Annealed, search
+from .anneal import ENOUGH_EXACT, Annealed, anneal, search
 from .criteria import FINISHERS, cheapest_minimum
 from .finished import Finished
 from .polish import polish
@@ -39,11 +39,16 @@ class Fit:
 
 
 def fit_kind(
-    trial: Trial, criterion: str, rng: np.random.Generator, guess: Primitive | None = None
+    trial: Trial,
+    criterion: str,
+    rng: np.random.Generator,
+    guess: Primitive | None = None,
+    rough: Primitive | None = None,
 ) -> Fit | FailedFit:
     """The best primitive of a kind in the normalised frame of its cloud.
 
-    A guess, which joins the starts of its kind, is in input units.
+    A guess, which joins the starts of its kind, is in input units. A rough surface, in that frame, is tried
+    before any of them.
     """
     kind, cloud, limits = trial.kind, trial.cloud, trial.limits
     if kind not in (allowed := FITTING_KINDS.get(criterion, KINDS)):
@@ -57,10 +62,22 @@ def fit_kind(
     guessed = guess is not None and guess.kind == kind
     extra = [cloud.frame.bring(guess).row()] if guessed and guess else []
     if limits is None:
-        return _fit(trial, criterion, rng, extra)
+        exact = _from_rough(rough, trial) if rough and criterion == "robust" else None
+        return exact or _fit(trial, criterion, rng, extra)
     found = _fit_limited(trial, limits, criterion, rng, extra)
     turned = isinstance(found, Fit) and _turn(found.robust, cloud.working) >= LEAST_TURN
     return in_one_plane if bends and not turned else found
+
+
+def _from_rough(rough: Primitive, trial: Trial) -> Fit | None:
+    """What a rough surface is annealed to, where it locks on so many exact points that no start is needed."""
+    if trial.is_small:
+        return None
+    end = anneal(trial, rough.row(), trial.cloud.searched)
+    if end.exact_share < ENOUGH_EXACT:
+        return None
+    robust = polish(trial.primitive.from_row(end.row), trial)
+    return Fit(robust, robust.primitive)
 
 
 def _fit_limited(
