@@ -254,6 +254,83 @@ def solve_cones(const double[:, ::1] x, const double[:, ::1] y, const double[:, 
     return result, middle
 
 
+cdef Py_ssize_t find_spine(
+    const double[::1] cylinder, const double[:, ::1] points, const double[:, ::1] normals, double *spine, double *off,
+    double *scratch
+) noexcept nogil:
+    """Where points (N, 3) near a cylinder lead back along their normals by its radius, (3, count); the count.
+
+    The rooms are for (3, n), n and n numbers; points farther off than twice the median are left out.
+    """
+    cdef Py_ssize_t i, n = points.shape[0], count = 0
+    cdef double x[3]
+    cdef double height, side, reach
+    cdef int axis
+    for i in range(n):
+        for axis in range(3):
+            x[axis] = points[i, axis] - cylinder[3 + axis]
+        height = x[0] * cylinder[0] + x[1] * cylinder[1] + x[2] * cylinder[2]
+        side = 0.0
+        for axis in range(3):
+            x[axis] -= height * cylinder[axis]
+            side += x[axis] * normals[i, axis]
+        off[i] = scratch[i] = fabs(sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]) - cylinder[8])
+        for axis in range(3):
+            spine[axis * n + i] = points[i, axis] - (-cylinder[8] if side < 0.0 else cylinder[8]) * normals[i, axis]
+    reach = 2.0 * median(scratch, n)
+    for i in range(n):
+        if off[i] <= reach:
+            for axis in range(3):
+                spine[axis * n + count] = spine[axis * n + i]
+            count += 1
+    return count
+
+
+def solve_spine(
+    const double[::1] cylinder, const double[:, ::1] points, const double[:, ::1] normals, int rounds
+):
+    """Axis (3,), centre (3,) and radius of the circle that a cylinder's spine is; see `Torus.rows_along`."""
+    cdef Py_ssize_t i, n = points.shape[0], count
+    cdef double center[3]
+    cdef double scatter[9]
+    cdef double values[3]
+    cdef double axes[9]
+    cdef double circle[3]
+    cdef double x, y
+    cdef int a, b
+    axis, middle = np.empty(3), np.empty(3)
+    cdef double[::1] axis_view = axis
+    cdef double[::1] middle_view = middle
+    cdef double *spine = room_for(12 * n)
+    cdef double *columns = spine + 3 * n
+    with nogil:
+        count = find_spine(cylinder, points, normals, spine, columns, columns + n)
+        for a in range(3):
+            center[a] = 0.0
+            for i in range(count):
+                center[a] += spine[a * n + i] / count
+            for i in range(count):
+                spine[a * n + i] -= center[a]
+        for a in range(3):
+            for b in range(a + 1):
+                x = 0.0
+                for i in range(count):
+                    x += spine[a * n + i] * spine[b * n + i]
+                scatter[3 * a + b] = scatter[3 * b + a] = x
+        eigen(scatter, values, axes)
+        for i in range(count):
+            columns[i] = columns[count + i] = 0.0
+            for a in range(3):
+                columns[i] += spine[a * n + i] * axes[6 + a]
+                columns[count + i] += spine[a * n + i] * axes[3 + a]
+        solve_circle(columns, count, rounds, columns + 4 * n, circle)
+        x, y = circle[0] / 2.0, circle[1] / 2.0
+        for a in range(3):
+            axis_view[a], middle_view[a] = axes[a], center[a] + x * axes[6 + a] + y * axes[3 + a]
+    free(spine)
+    return axis, middle, sqrt(max(circle[2] + x * x + y * y, 1e-12))
+
+
 cdef void reduced_scatter(const double *scatter, double *coupling, double *reduced) noexcept nogil:
     """Of the lower triangle of a scatter (6, 6) of moments and normals: C = N^-1 K and M - K^T C, (3, 3) each."""
     cdef double lower[3 * MOST]

@@ -140,6 +140,19 @@ def profile_circles(points: Array, axes: Array, feet: Array, rounds: int = 4) ->
     )
 
 
+def spine_circle(
+    cylinder: Array, points: Array, normals: Array, rounds: int = 4
+) -> tuple[Array, Array, float]:
+    """Axis (3,), centre (3,) and radius of the circle that a tube's middle is, as its outside looks.
+
+    The tube is near a cylinder (9,); points (N, 3) lead back along their normals (N, 3), of either sign, by
+    its radius. Those farther off it than twice the median are left out.
+    """
+    return _linear.solve_spine(
+        np.ascontiguousarray(cylinder), np.ascontiguousarray(points), np.ascontiguousarray(normals), rounds
+    )
+
+
 def cones(x: Array, y: Array, height: Array, rounds: int = 4) -> tuple[Array, Array]:
     """The quadrics  x^2 + y^2 = a x + b y + m h^2 + e h + f  through K sets of N points.
 

@@ -17,6 +17,7 @@ from ..geometry.axes import (
     circles,
     profile_circles,
     robust_linear_solve,
+    spine_circle,
 )
 from ..geometry.turning import NEARER, inverse, turned
 from ..geometry.vectors import (
@@ -143,18 +144,8 @@ class Torus(Primitive):
 
         Going back along the normals by the radius leads to the circle in the middle of the tube.
         """
-        axis, foot, radius = cylinder[:3], cylinder[3:6], cylinder[8]
-        relative = points - foot
-        radial = relative - np.outer(relative @ axis, axis)
-        side = np.where(np.einsum("ij,ij->i", radial, normals) < 0.0, -1.0, 1.0)
-        off = np.abs(np.sqrt(np.einsum("ij,ij->i", radial, radial)) - radius)
-        on_tube = off <= 2.0 * np.median(off)
-        spine = points[on_tube] - radius * side[on_tube, None] * normals[on_tube]
-        center = spine.mean(axis=0)
-        _, axes = np.linalg.eigh((spine - center).T @ (spine - center))
-        along = (spine - center) @ axes
-        x, y, major = circles(along[None, :, 2], along[None, :, 1], rounds)
-        return rows(axes[None, :, 0], center + x * axes[:, 2] + y * axes[:, 1], major=major, offset=radius)
+        axis, center, major = spine_circle(cylinder, points, normals, rounds)
+        return rows(axis[None], center, major=major, offset=cylinder[8])
 
     @classmethod
     def rows_bent(cls, cylinders: Array, points: Array, rounds: int = 4) -> Array:

@@ -10,6 +10,7 @@ from primfit.fitting.geometry.axes import (
     profile_circles,
     revolution_axis,
     robust_linear_solve,
+    spine_circle,
 )
 from primfit.fitting.geometry.vectors import Array, around_axis
 from tests.fitting.clouds import EXAMPLES, sample
@@ -111,3 +112,33 @@ def test_profiles_are_those_about_each_axis() -> None:
     around = [around_axis(points, *each)[1:] for each in zip(feet, axes, strict=True)]
     rho, height = (np.array(each) for each in zip(*around, strict=True))
     np.testing.assert_allclose(profile_circles(points, axes, feet), circles(rho, height), rtol=1e-9)
+
+
+def reference_spine(
+    cylinder: Array, points: Array, normals: Array, rounds: int
+) -> tuple[Array, Array, float]:
+    """`spine_circle`, with NumPy."""
+    radial, rho, _ = around_axis(points, cylinder[3:6], cylinder[:3])
+    side = np.where(np.einsum("ij,ij->i", radial, normals) < 0.0, -1.0, 1.0)
+    off = np.abs(rho - cylinder[8])
+    on_tube = off <= 2.0 * np.median(off)
+    spine = points[on_tube] - cylinder[8] * side[on_tube, None] * normals[on_tube]
+    center = spine.mean(axis=0)
+    _, axes = np.linalg.eigh((spine - center).T @ (spine - center))
+    along = (spine - center) @ axes
+    x, y, radius = circles(along[None, :, 2], along[None, :, 1], rounds)
+    return axes[:, 0], center + x * axes[:, 2] + y * axes[:, 1], float(radius[0])
+
+
+def test_the_spine_of_a_tube_is_that_of_numpy() -> None:
+    rng = np.random.default_rng(7)
+    torus = EXAMPLES["torus"]
+    points = sample(torus, 200) + rng.normal(scale=0.01, size=(200, 3))
+    normals = torus.gradient(points) * rng.choice([-1.0, 1.0], 200)[:, None]
+    start = torus.row()
+    cylinder = np.concatenate([[1.0, 0.0, 0.0], start[3:6], [0.0, 0.0, start[8]]])
+    axis, center, radius = spine_circle(cylinder, points, normals)
+    expected = reference_spine(cylinder, points, normals, 4)
+    np.testing.assert_allclose(axis * np.sign(axis @ expected[0]), expected[0], atol=1e-12)
+    np.testing.assert_allclose(center, expected[1], atol=1e-12)
+    assert radius == pytest.approx(expected[2], rel=1e-12)
