@@ -6,6 +6,7 @@ A constraint acts on every kind that has a parameter of its name and leaves the 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -99,7 +100,7 @@ class Constraints:
         parts = _parts("constraints", values, tuple(_PARSERS))
         return cls(**{name: _PARSERS[name](f"constraints.{name}", value) for name, value in parts.items()})
 
-    @property
+    @cached_property
     def given(self) -> dict[str, Any]:
         """The constraints that are there, by name."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
