@@ -109,6 +109,7 @@ SCRIPT = """
         time.sleep(0.5)
         os.killpg(os.getpgrp(), signal.SIGINT)
 
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
     print("started")
     if {interrupted}:
         threading.Thread(target=interrupt).start()
