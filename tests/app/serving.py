@@ -92,12 +92,14 @@ def workers(pid: int) -> list[int]:
 class Background(threading.Thread):
     """A request in the background; `response` is there after `join`."""
 
-    def __init__(self, service: Service, body: bytes, media_type: str = "application/octet-stream") -> None:
+    def __init__(
+        self, service: Service, body: bytes, media_type: str = "application/octet-stream", **options: str
+    ) -> None:
         super().__init__()
-        self.service, self.body, self.media_type = service, body, media_type
+        self.service, self.body, self.media_type, self.options = service, body, media_type, options
         self.response: httpx.Response
 
     def run(self) -> None:
         headers = {"Content-Type": self.media_type}
         url = f"http://127.0.0.1:{self.service.port}/fit"
-        self.response = httpx.post(url, content=self.body, headers=headers, timeout=60)
+        self.response = httpx.post(url, content=self.body, headers=headers, params=self.options, timeout=60)

@@ -164,7 +164,7 @@ def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
     before = workers(service.pid)
     assert len(before) == 2
     idle = {pid: ticks(pid) for pid in before}
-    request = Background(service, _npy(_cylinder(2_000_000)))
+    request = Background(service, _npy(_cylinder(2_000_000)), criterion="minimum_zone")
     request.start()
     wait_for(lambda: any(ticks(pid) > idle[pid] + 20 for pid in before))
     for pid in before:
