@@ -1,4 +1,4 @@
-"""What processes gain `primfit batch`, and what sharing the work costs:  python -m primfit.benchmark.batch
+"""What processes gain `primfit batch`, and what sharing the work costs: `primfit bench batch`.
 
 The same scans are answered by one process and by several, in turns, and so are a few of them, which shows
 what a start takes. Of each the least time counts: other programs only add to it.
@@ -99,25 +99,8 @@ def table(found: dict[tuple[int, int], Use], n: int, workers: int) -> str:
     return "\n".join(lines)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(
-        prog="python -m primfit.benchmark.batch", description=(__doc__ or "").partition("\n\n")[2]
-    )
-    for name, default, what in (
-        ("n", 200, "clouds"),
-        ("points", 3000, "points of each"),
-        ("workers", 2, "processes beside one"),
-        ("turns", 3, "runs of each"),
-        ("seed", 1, "of all clouds"),
-    ):
-        parser.add_argument(f"--{name}", type=int, default=default, help=f"{what} (default: {default})")
-    options = parser.parse_args(arguments)
-    if options.n <= FEW:
-        parser.error(f"--n must be over {FEW}")
+def batch_action(options: argparse.Namespace) -> int:
     with TemporaryDirectory() as folder:
         files = draw(Path(folder), options.n, options.points, options.seed)
         print(table(measure(files, options.workers, options.turns), options.n, options.workers))
-
-
-if __name__ == "__main__":
-    main()
+    return 0

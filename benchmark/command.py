@@ -13,6 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from primfit.synthetic import RECIPES
 
 from . import coverage, drawing
+from .batch import batch_action
 from .cases import CASE_SETS, Case, CaseSet
 from .methods import METHODS, PEERS
 from .options import make_parser
@@ -53,7 +54,7 @@ EXPECTED = (
 def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
     """The command with these arguments; returns its exit status."""
     actions = (run_action, report_action, service_action, coverage_action, proofs_action, drawing_action)
-    parser = make_parser(program, *actions, steps_action, speed_action)
+    parser = make_parser(program, *actions, steps_action, speed_action, batch_action)
     options = parser.parse_args(arguments)
     if not hasattr(options, "action"):
         parser.print_help()

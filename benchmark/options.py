@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from .batch import FEW
 from .cases import CASE_SETS
 from .coverage import LAWS
 from .methods import METHODS
@@ -31,6 +32,7 @@ def make_parser(
     drawing: Callable[..., int],
     steps: Callable[..., int],
     speed: Callable[..., int],
+    batch: Callable[..., int],
 ) -> argparse.ArgumentParser:
     """A parser whose result holds `action`, one of the functions, which takes the result."""
     parser = argparse.ArgumentParser(
@@ -49,12 +51,14 @@ def make_parser(
   {program} drawing                   how many clouds of each recipe are drawn in a minute
   {program} steps                     how long each step of a fit takes, and what the machine could do
   {program} speed                     primfit beside other libraries, and by the number of points
+  {program} batch                     what more processes gain `primfit batch`
 
 `{program} run --help` lists the sets and the methods. docs/benchmarking.md explains them.""",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     actions = parser.add_subparsers(
-        title="actions", metavar="run | report | service | coverage | proofs | drawing | steps | speed"
+        title="actions",
+        metavar="run | report | service | coverage | proofs | drawing | steps | speed | batch",
     )
     _add_run(actions).set_defaults(action=run)
     _add_report(actions).set_defaults(action=report)
@@ -64,6 +68,7 @@ def make_parser(
     _add_drawing(actions).set_defaults(action=drawing)
     _add_steps(actions).set_defaults(action=steps)
     _add_speed(actions).set_defaults(action=speed)
+    _add_batch(actions).set_defaults(action=batch)
     return parser
 
 
@@ -197,6 +202,29 @@ def _add_drawing(actions: Any) -> argparse.ArgumentParser:
     add("--seconds", type=_seconds, default=5.0, metavar="S", help="of each recipe (default: 5)")
     add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
     return parser
+
+
+def _add_batch(actions: Any) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(
+        "batch",
+        help="measure what more processes gain `primfit batch`, and what sharing the work costs",
+        description="Answer the same scans by one process and by several, in turns, and a few of them, which "
+        "shows what a start takes. Of each the least time counts: other programs only add to it.",
+    )
+    add = parser.add_argument
+    add("--n", type=_over_few, default=200, metavar="N", help="clouds (default: 200)")
+    add("--points", type=_whole_from_1, default=3000, metavar="N", help="points of each (default: 3000)")
+    add("--workers", type=_whole_from_1, default=2, metavar="N", help="processes beside one (default: 2)")
+    add("--turns", type=_whole_from_1, default=3, metavar="N", help="runs of each (default: 3)")
+    add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
+    return parser
+
+
+def _over_few(text: str) -> int:
+    value = _whole_from_1(text)
+    if value <= FEW:
+        raise argparse.ArgumentTypeError(f"{value} is too few; it must be over {FEW}")
+    return value
 
 
 def _add_steps(actions: Any) -> argparse.ArgumentParser:

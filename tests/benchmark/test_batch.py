@@ -1,10 +1,11 @@
-"""`python -m primfit.benchmark.batch`: real runs of `primfit batch`, and the table."""
+"""`primfit bench batch`: real runs of `primfit batch`, and the table."""
 
 import sys
 
 import pytest
 
-from primfit.benchmark.batch import FEW, Use, main, table
+from primfit.benchmark.batch import FEW, Use, table
+from primfit.benchmark.command import bench
 
 
 @pytest.mark.slow
@@ -12,7 +13,7 @@ from primfit.benchmark.batch import FEW, Use, main, table
     sys.platform == "win32", reason="asks for the time of a process that ended, as POSIX has it"
 )
 def test_runs_are_measured(capsys):
-    main(["--n", str(FEW + 1), "--points", "100", "--turns", "1"])
+    assert bench(["batch", "--n", str(FEW + 1), "--points", "100", "--turns", "1"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "| | 1 process | 2 processes |"
     assert lines[-1].endswith("bar: 5 %.")
@@ -20,7 +21,7 @@ def test_runs_are_measured(capsys):
 
 def test_few_clouds_are_refused(capsys):
     with pytest.raises(SystemExit):
-        main(["--n", str(FEW)])
+        bench(["batch", "--n", str(FEW)])
     assert "must be over" in capsys.readouterr().err
 
 
