@@ -212,7 +212,7 @@ def _add_batch(actions: Any) -> argparse.ArgumentParser:
         "shows what a start takes. Of each the least time counts: other programs only add to it.",
     )
     add = parser.add_argument
-    add("--n", type=_over_few, default=200, metavar="N", help="clouds (default: 200)")
+    add("--n", type=_over_few, default=1000, metavar="N", help="clouds (default: 1000)")
     add("--points", type=_whole_from_1, default=3000, metavar="N", help="points of each (default: 3000)")
     add("--workers", type=_whole_from_1, default=2, metavar="N", help="processes beside one (default: 2)")
     add("--turns", type=_whole_from_1, default=3, metavar="N", help="runs of each (default: 3)")
