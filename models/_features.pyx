@@ -1,13 +1,16 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Features of a cloud that need no fit, each block in one pass; see `models.features`."""
 
-from libc.math cimport fabs, log10, sqrt
+from libc.math cimport INFINITY, fabs, log10, sqrt
 
 import numpy as np
 
 cdef extern from "cloud/jacobi.h" nogil:
     double dot(const double *a, const double *b)
     void eigen(double *entries, Py_ssize_t n, double *vectors)
+
+cdef extern from "geometry/median.h" nogil:
+    double selected(double *values, Py_ssize_t n, Py_ssize_t rank)
 
 
 cdef inline Py_ssize_t evenly(Py_ssize_t i, Py_ssize_t count, Py_ssize_t n) noexcept nogil:
@@ -152,3 +155,32 @@ def pairs(
     alike /= count * (count - 1) // 2
     across /= count * (count - 1) // 2
     return alike, across
+
+
+def compared(const double[:, ::1] distances, double floor, double spread, double outlying):
+    """Medians and means of the magnitudes of distances (K, N), at most 1 each, and what they cost, (K,) each.
+
+    Costs are halves of the sums of squares over the square of `spread` times the smallest median, at least the floor,
+    each counted up to `outlying`. Distances that are no numbers are 1.
+    """
+    cdef Py_ssize_t k, i, n = distances.shape[1]
+    cdef double scale = INFINITY, total, share
+    medians, means, costs = (np.zeros(distances.shape[0]) for _ in range(3))
+    cdef double[::1] middle = medians
+    cdef double[::1] mean = means
+    cdef double[::1] cost = costs
+    cdef double[::1] sizes = np.empty(n)
+    with nogil:
+        for k in range(distances.shape[0]):
+            total = 0.0
+            for i in range(n):
+                sizes[i] = fabs(distances[k, i]) if fabs(distances[k, i]) < 1.0 else 1.0
+                total += sizes[i]
+            mean[k], middle[k] = total / n, selected(&sizes[0], n, n // 2)
+            scale = min(scale, middle[k])
+        scale = max(spread * scale, floor)
+        for k in range(distances.shape[0]):
+            for i in range(n):
+                share = fabs(distances[k, i]) if fabs(distances[k, i]) < 1.0 else 1.0
+                cost[k] += min(share * share / (scale * scale), outlying) / 2.0
+    return medians, means, costs

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.geometry.axes import RevolutionAxis, Seen, revolution_axis
 from primfit.fitting.geometry.vectors import rows
+from primfit.fitting.guesses.oriented import RevolutionAxis, revolution_axis
 from primfit.fitting.primitives import PRIMITIVES
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
@@ -19,6 +19,8 @@ from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.search.starts import compete
+
+from . import _features
 
 Array = NDArray[np.float64]
 
@@ -35,8 +37,10 @@ FLOOR = 1e-6
 """Smallest scale of the robust steps, in rms radii of the cloud; it is added to eigenvalues, too."""
 RESOLVED = 1e-3
 """Distances, in rms radii of the cloud, below which one fit is not taken for better than another."""
+SPREAD, LEAST_SCALE = 1.48, 1e-5
+"""The scale of the residuals is the smallest median times the first, as of normal noise ..."""
 OUTLYING = 9.0
-"""Squared residuals are counted up to this many squared scales."""
+"""... and squared residuals are counted up to this many squared scales."""
 
 N_ROUGH = 4 + 2 * len(KINDS) + len(KINDS) * (len(KINDS) - 1) // 2 + 5
 """Three eigenvalues, the number of points, two distances a kind, each two kinds compared, five shapes."""
@@ -55,13 +59,13 @@ def starts(points: Array, normals: Array, line: RevolutionAxis) -> dict[str, Arr
     """Rows (K, 9) of each kind to step from."""
     scatter = np.stack([points.T @ points, normals.T @ normals])
     principal, by_normals = np.linalg.eigh(scatter)[1].transpose(0, 2, 1)
-    seen = Seen.along(np.vstack([by_normals, line.direction, principal]), points, normals)
+    directions = np.vstack([by_normals, line.direction, principal])
     return {
         "plane": rows(np.vstack([principal[0], by_normals[2]]), np.zeros((2, 3))),
         "sphere": Sphere.rows_through(points[None], LINEAR_ROUNDS),
-        "cylinder": Cylinder.rows_about(seen, LINEAR_ROUNDS),
-        "cone": Cone.rows_about(seen, LINEAR_ROUNDS),
-        "torus": Torus.rows_about(seen, line, LINEAR_ROUNDS),
+        "cylinder": Cylinder.rows_about(directions, points, LINEAR_ROUNDS),
+        "cone": Cone.rows_about(directions, points, LINEAR_ROUNDS),
+        "torus": Torus.rows_about(directions, points, normals, line, LINEAR_ROUNDS),
     }
 
 
@@ -77,11 +81,6 @@ def rough_fits(points: Array, normals: Array, line: RevolutionAxis) -> tuple[Arr
             found = np.vstack([found, along])
         fits[k], distances[k] = compete(kind, found, points, FLOOR, RESOLVED, STAGES)
     return fits, distances
-
-
-def _median(values: Array) -> Array:
-    middle = values.shape[-1] // 2
-    return np.partition(values, middle, axis=-1)[..., middle]
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,11 +113,7 @@ def rough_features(points: Array, normals: Array) -> tuple[Array, Array]:
     """
     line = revolution_axis(points, normals, rounds=3)
     fits, distances = rough_fits(points, normals, line)
-    squared = np.minimum(np.nan_to_num(distances**2, nan=1.0), 1.0)
-    median = np.sqrt(_median(squared))
-    mean = np.mean(np.sqrt(squared), axis=1)
-    scale = max(float(median.min()) * 1.48, 1e-5)
-    cost = np.minimum(squared / scale**2, OUTLYING).sum(axis=1) / 2.0
+    median, mean, cost = _features.compared(distances, LEAST_SCALE, SPREAD, OUTLYING)
     _, sphere, cylinder, cone, torus = fits
     found = np.concatenate(
         [

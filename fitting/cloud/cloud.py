@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import InvalidPointCloudError
 from ..geometry import _linear
-from ..geometry.axes import Oriented
 from ..geometry.vectors import Array, bounds, principal
+from ..guesses.oriented import Oriented
 from ..noise.rounding import ULPS, rounding_of
 from . import _passes
 from .frame import Frame

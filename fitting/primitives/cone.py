@@ -14,7 +14,6 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import Oriented, Seen, cones, random_subsets
 from ..geometry.turning import bent_straight
 from ..geometry.vectors import (
     TINY,
@@ -28,6 +27,8 @@ from ..geometry.vectors import (
     unit,
     vector,
 )
+from ..guesses import _guesses
+from ..guesses.oriented import ROUNDS, Oriented, random_subsets
 from .primitive import NO_ROWS, Chart, Known, Limited, Number, Primitive
 
 CYLINDER_LIKE = np.radians(5.0)
@@ -96,19 +97,12 @@ class Cone(Primitive):
 
     @classmethod
     def initial_guesses(cls, oriented: Oriented, rng: np.random.Generator) -> Array:
-        return cls.rows_about(oriented.seen)
+        return cls.rows_about(oriented.directions, oriented.points)
 
     @classmethod
-    def rows_about(cls, seen: Seen, rounds: int = 4) -> Array:
-        """For each direction the quadric  x^2 + y^2 = a x + b y + m h^2 + e h + f,  m = tan^2 t."""
-        found, middle = cones(seen.x, seen.y, seen.height, rounds)
-        a, b, m, e, _ = found.T
-        m = np.clip(m, 0.01, 100.0)
-        apex = -e / (2.0 * m)
-        side = np.where(middle > apex, 1.0, -1.0)
-        angles = np.arctan(np.sqrt(m))
-        feet = seen.placed(a / 2.0, b / 2.0)
-        return rows(side[:, None] * seen.axes, feet, angles, offset=-side * apex * np.sin(angles))
+    def rows_about(cls, directions: Array, points: Array, rounds: int = ROUNDS) -> Array:
+        """For each direction (K, 3) the quadric  x^2 + y^2 = a x + b y + m h^2 + e h + f,  m = tan^2 t."""
+        return _guesses.cones(np.ascontiguousarray(directions), np.ascontiguousarray(points), rounds)
 
     @staticmethod
     def impose(row: Array, points: Array, limits: Limited) -> None:
@@ -148,7 +142,7 @@ class Cone(Primitive):
     def guesses_given(cls, known: Known, oriented: Oriented, rng: np.random.Generator) -> Array:
         found = [NO_ROWS]
         if known.direction is not None:
-            found.append(cls.rows_about(oriented.along(known.direction)))
+            found.append(cls.rows_about(known.direction[None], oriented.points))
         if known.position is not None:
             found.append(cls.rows_from(known.position, oriented.points, rng))
         return np.vstack(found)

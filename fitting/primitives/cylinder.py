@@ -9,7 +9,6 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import Oriented, Seen, circles
 from ..geometry.turning import bent_straight
 from ..geometry.vectors import (
     TINY,
@@ -23,6 +22,8 @@ from ..geometry.vectors import (
     unit,
     vector,
 )
+from ..guesses import _guesses
+from ..guesses.oriented import ROUNDS, Oriented
 from .primitive import NO_ROWS, Chart, Known, Limited, Number, Primitive
 
 PLANE_LIKE = 5.0
@@ -78,13 +79,12 @@ class Cylinder(Primitive):
 
     @classmethod
     def initial_guesses(cls, oriented: Oriented, rng: np.random.Generator) -> Array:
-        return cls.rows_about(oriented.seen)
+        return cls.rows_about(oriented.directions, oriented.points)
 
     @classmethod
-    def rows_about(cls, seen: Seen, rounds: int = 4) -> Array:
-        """For each direction, the circle through the points seen along it."""
-        x, y, radii = circles(seen.x, seen.y, rounds)
-        return rows(seen.axes, seen.placed(x, y), offset=radii)
+    def rows_about(cls, directions: Array, points: Array, rounds: int = ROUNDS) -> Array:
+        """For each direction (K, 3) the circle through the points (N, 3) as seen along it."""
+        return _guesses.cylinders(np.ascontiguousarray(directions), np.ascontiguousarray(points), rounds)
 
     @staticmethod
     def impose(row: Array, points: Array, limits: Limited) -> None:
@@ -109,7 +109,7 @@ class Cylinder(Primitive):
     def guesses_given(cls, known: Known, oriented: Oriented, rng: np.random.Generator) -> Array:
         if known.direction is None:
             return NO_ROWS
-        return cls.rows_about(oriented.along(known.direction))
+        return cls.rows_about(known.direction[None], oriented.points)
 
     def canonical(self, center: Array) -> Self:
         """Same cylinder, axis in its canonical sign, point closest to `center`."""

@@ -8,8 +8,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import Oriented, random_subsets
 from ..geometry.vectors import Array, basis, canonical_direction, cross, principal, rows, unit, vector
+from ..guesses.oriented import Oriented, random_subsets
 from .primitive import NO_ROWS, Chart, Known, Limited, Primitive
 
 RANDOM_PLANES = 24

@@ -6,8 +6,8 @@ from typing import ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
-from ..geometry.axes import Oriented
 from ..geometry.vectors import Array
+from ..guesses.oriented import Oriented
 
 NO_ROWS: Array = np.empty((0, 9))
 

@@ -8,9 +8,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import Oriented, random_subsets, robust_linear_solve
 from ..geometry.turning import NEARER, inverse, turned
 from ..geometry.vectors import TINY, Z_AXIS, Array, basis, rows, vector
+from ..guesses import _guesses
+from ..guesses.oriented import ROUNDS, Oriented, random_subsets
 from .primitive import Chart, Limited, Number, Primitive
 
 PLANE_LIKE = 5.0
@@ -66,14 +67,9 @@ class Sphere(Primitive):
         return np.vstack([cls.rows_through(points[None]), cls.rows_through(fours, rounds=1)])
 
     @classmethod
-    def rows_through(cls, groups: Array, rounds: int = 4) -> Array:
+    def rows_through(cls, groups: Array, rounds: int = ROUNDS) -> Array:
         """The algebraic sphere  |x|^2 = 2 c.x + b  of each of K groups of points (K, N, 3)."""
-        columns = np.ones((len(groups), 4, groups.shape[1]))
-        columns[:, :3] = groups.transpose(0, 2, 1)
-        solution = robust_linear_solve(columns, np.einsum("kni,kni->kn", groups, groups), rounds)
-        centers = solution[:, :3] / 2.0
-        radii = np.sqrt(np.maximum(solution[:, 3] + np.einsum("ki,ki->k", centers, centers), 1e-12))
-        return rows(np.broadcast_to(Z_AXIS, centers.shape), centers, offset=radii)
+        return _guesses.spheres(np.ascontiguousarray(groups), rounds)
 
     @staticmethod
     def impose(row: Array, points: Array, limits: Limited) -> None:

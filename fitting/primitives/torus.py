@@ -10,15 +10,6 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..geometry.axes import (
-    Oriented,
-    RevolutionAxis,
-    Seen,
-    circles,
-    profile_circles,
-    robust_linear_solve,
-    spine_circle,
-)
 from ..geometry.turning import NEARER, inverse, turned
 from ..geometry.vectors import (
     TINY,
@@ -32,6 +23,8 @@ from ..geometry.vectors import (
     unit,
     vector,
 )
+from ..guesses import _guesses
+from ..guesses.oriented import ROUNDS, Oriented, RevolutionAxis
 from .cylinder import Cylinder
 from .primitive import NO_ROWS, Chart, Known, Limited, Number, Primitive
 
@@ -119,63 +112,47 @@ class Torus(Primitive):
 
     @classmethod
     def initial_guesses(cls, oriented: Oriented, rng: np.random.Generator) -> Array:
-        return cls.rows_about(oriented.seen, oriented.line)
+        return cls.rows_about(oriented.directions, oriented.points, oriented.normals, oriented.line)
 
     @classmethod
-    def rows_about(cls, seen: Seen, line: RevolutionAxis, rounds: int = 4) -> Array:
-        """For each candidate axis the circle through the profile (rho, h) of the points about it.
+    def rows_about(
+        cls, directions: Array, points: Array, normals: Array, line: RevolutionAxis, rounds: int = ROUNDS
+    ) -> Array:
+        """For each candidate axis the circle through the profile (rho, h) of the points (N, 3) about it.
 
-        The candidates are the given line, and two for each direction: one passes where the normal lines meet
-        it,  (n x a) . (x - p) = 0,  the other through the centre of the circle that the points describe when
-        seen along it.
+        The candidates are two for each direction (K, 3), and the given line, (2 K + 1, 9). One passes where
+        the normal lines meet it,  (n x a) . (x - p) = 0,  the other through the centre of the circle that the
+        points describe when seen along it.
         """
-        across = np.stack([seen.v @ seen.normals.T, -(seen.u @ seen.normals.T)], axis=1)
-        met = robust_linear_solve(across, across[:, 0] * seen.x + across[:, 1] * seen.y, rounds)
-        seen_x, seen_y, _ = circles(seen.x, seen.y, rounds)
-        axes = np.vstack([seen.axes, seen.axes, line.direction])
-        feet = np.vstack([seen.placed(*met.T), seen.placed(seen_x, seen_y), line.point])
-        major, level, minor = profile_circles(seen.points, axes, feet, rounds)
-        major = np.maximum(np.abs(major), SMALLEST_MAJOR)
-        return rows(axes, feet + level[:, None] * axes, major=major, offset=minor)
+        return _guesses.tori(
+            np.ascontiguousarray(directions),
+            np.ascontiguousarray(points),
+            np.ascontiguousarray(normals),
+            np.ascontiguousarray(line.direction),
+            np.ascontiguousarray(line.point),
+            rounds,
+            SMALLEST_MAJOR,
+        )
 
     @classmethod
-    def rows_along(cls, cylinder: Array, points: Array, normals: Array, rounds: int = 4) -> Array:
+    def rows_along(cls, cylinder: Array, points: Array, normals: Array, rounds: int = ROUNDS) -> Array:
         """The torus (1, 9) whose tube has the radius of a cylinder (9,), bent as the normals say.
 
         Going back along the normals by the radius leads to the circle in the middle of the tube.
         """
-        axis, center, major = spine_circle(cylinder, points, normals, rounds)
-        return rows(axis[None], center, major=major, offset=cylinder[8])
+        found = _guesses.tube(
+            np.ascontiguousarray(cylinder),
+            np.ascontiguousarray(points),
+            np.ascontiguousarray(normals),
+            rounds,
+        )
+        return found[None]
 
     @classmethod
-    def rows_bent(cls, cylinders: Array, points: Array, rounds: int = 4) -> Array:
-        """The tori (K, 9) that cylinders (K, 9) bend into, as the points say; no normals are needed.
-
-        An axis of curvature k towards the unit vector e is k h^2 / 2 off at height h, and moves the surface
-        by that times the cosine of the angle from e. Shift, tilt and radius are free, too, to first order.
-        """
-        seen = Seen.along(cylinders[:, :3], points, points)
-        x = seen.x - np.einsum("ki,ki->k", cylinders[:, 3:6], seen.u)[:, None]
-        y = seen.y - np.einsum("ki,ki->k", cylinders[:, 3:6], seen.v)[:, None]
-        middle = seen.height.mean(axis=1)
-        height = seen.height - middle[:, None]
-        rho = np.hypot(x, y) + TINY
-        around = np.stack([x / rho, y / rho], axis=1)
-        tilt = height[:, None] * around
-        bend = 0.5 * height[:, None] * tilt
-        columns = np.concatenate([bend, around, tilt, np.ones_like(rho)[:, None]], axis=1)
-        found = robust_linear_solve(columns, rho - cylinders[:, 8, None], rounds)
-        curvature = np.hypot(found[:, 0], found[:, 1])
-        found[:, 0] = np.where(curvature < LEAST_CURVATURE, LEAST_CURVATURE, found[:, 0])
-        major = 1.0 / np.hypot(found[:, 0], found[:, 1])
-        towards = major[:, None] * (found[:, :1] * seen.u + found[:, 1:2] * seen.v)
-        along = seen.axes + found[:, 4:5] * seen.u + found[:, 5:6] * seen.v
-        along /= np.linalg.norm(along, axis=1)[:, None]
-        axes = cross(along, towards)
-        axes /= np.linalg.norm(axes, axis=1)[:, None]
-        on_axis = cylinders[:, 3:6] + middle[:, None] * seen.axes + seen.placed(found[:, 2], found[:, 3])
-        return rows(
-            axes, on_axis + major[:, None] * towards, major=major, offset=cylinders[:, 8] + found[:, 6]
+    def rows_bent(cls, cylinders: Array, points: Array, rounds: int = ROUNDS) -> Array:
+        """The tori (K, 9) that cylinders (K, 9) bend into, as the points say; no normals are needed."""
+        return _guesses.bent(
+            np.ascontiguousarray(cylinders), np.ascontiguousarray(points), rounds, LEAST_CURVATURE
         )
 
     @staticmethod
@@ -233,7 +210,7 @@ class Torus(Primitive):
     def guesses_given(cls, known: Known, oriented: Oriented, rng: np.random.Generator) -> Array:
         if known.direction is None:
             return NO_ROWS
-        return cls.rows_about(oriented.along(known.direction), oriented.line)
+        return cls.rows_about(known.direction[None], oriented.points, oriented.normals, oriented.line)
 
     @classmethod
     def later_guesses(

@@ -7,8 +7,8 @@ import numpy as np
 
 from ..cloud.cloud import Cloud
 from ..errors import FailedFit
-from ..geometry.axes import Oriented
 from ..geometry.vectors import Array
+from ..guesses.oriented import Oriented
 from ..noise.kernels import CUTOFF, HUBER_95, TUKEY_95, Kernel
 from ..primitives.primitive import Primitive
 from ..solver.newton import newton

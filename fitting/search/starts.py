@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cloud.cloud import GUESS_POINTS
-from ..geometry.axes import Oriented
 from ..geometry.vectors import Array
+from ..guesses.oriented import Oriented
 from ..primitives.primitive import Primitive
 from ..solver.refine import CODES
 from ..trial.trial import Trial

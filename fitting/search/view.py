@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Self
 
 from ..cloud.cloud import GUESS_POINTS
-from ..geometry.axes import Oriented
 from ..geometry.vectors import Array
+from ..guesses.oriented import Oriented
 from ..trial.trial import Trial
 
 

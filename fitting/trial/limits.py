@@ -10,8 +10,8 @@ from typing import Self
 import numpy as np
 
 from ..cloud.frame import Frame
-from ..geometry.axes import Oriented
 from ..geometry.vectors import TINY, Z_AXIS, Array, basis
+from ..guesses.oriented import Oriented
 from ..primitives import PRIMITIVES, is_angle
 from ..primitives.primitive import Known, Primitive
 from ..request.constraints import TOUCHES, Constraints, Direction, Range

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.geometry.axes import revolution_axis
+from primfit.fitting.guesses.oriented import revolution_axis
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
+from primfit.models._features import compared
 from primfit.models.rough import rough_features, rough_fits
 
 AXIS = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
@@ -73,3 +74,15 @@ def test_a_turn_and_a_shift_of_the_cloud_change_rounding_only():
     before, _ = rough_features(points, normals)
     after, _ = rough_features(points @ turn.T, normals @ turn.T)
     np.testing.assert_allclose(after, before, atol=1e-5)
+
+
+def test_distances_are_compared_as_by_numpy():
+    rng = np.random.default_rng(6)
+    distances = rng.normal(scale=[[0.02], [0.1], [3.0]], size=(3, 41))
+    distances[1, 5] = np.nan
+    squared = np.minimum(np.nan_to_num(distances**2, nan=1.0), 1.0)
+    medians = np.sqrt(np.sort(squared, axis=1)[:, 20])
+    costs = np.minimum(squared / (1.5 * medians.min()) ** 2, 9.0).sum(axis=1) / 2.0
+    expected = medians, np.sqrt(squared).mean(axis=1), costs
+    for found, each in zip(compared(distances, 1e-5, 1.5, 9.0), expected, strict=True):
+        np.testing.assert_allclose(found, each, rtol=1e-12)

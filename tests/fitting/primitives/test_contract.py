@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import approx_fprime
 
 from primfit.fitting.cloud.frame import Frame
-from primfit.fitting.geometry.axes import Oriented
+from primfit.fitting.guesses.oriented import Oriented
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import PRIMITIVES, parameters
 from primfit.fitting.primitives.cone import Cone

@@ -9,7 +9,7 @@ import pytest
 from primfit.benchmark.proofs import oracles
 from primfit.benchmark.proofs.constraint_oracle import optimum, shifted, violations
 from primfit.fitting.cloud.frame import Frame
-from primfit.fitting.geometry.axes import Oriented
+from primfit.fitting.guesses.oriented import Oriented
 from primfit.fitting.noise.kernels import Kernel
 from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.cone import Cone
