@@ -80,13 +80,17 @@ def moved(kind: str, surface: Surface, step: Long) -> Surface:
 
 
 def derivatives(kind: str, surface: Surface, points: Long, about: Long | None = None) -> Long:
-    """d distance / d step (N, dof) at the step `about`, by central differences."""
+    """d distance / d step (N, dof) at the step `about`, by differences of fourth order."""
     about = np.zeros(DOF[kind], np.longdouble) if about is None else about
-    width = np.longdouble(1e-6)
+    width = np.longdouble(3e-5)
+
+    def there(step: Long) -> Long:
+        return distances(kind, moved(kind, surface, about + step), points)
+
     columns = []
-    for unit in np.eye(DOF[kind], dtype=np.longdouble):
-        ahead, behind = (moved(kind, surface, about + side * width * unit) for side in (1, -1))
-        columns.append((distances(kind, ahead, points) - distances(kind, behind, points)) / (2 * width))
+    for unit in width * np.eye(DOF[kind], dtype=np.longdouble):
+        near, far = there(unit) - there(-unit), there(2 * unit) - there(-2 * unit)
+        columns.append((8 * near - far) / (12 * width))
     return np.stack(columns, axis=1)
 
 
@@ -105,7 +109,7 @@ def newton(kind: str, surface: Surface, points: Long, steps: int = 12) -> Surfac
 
     zero, units = np.zeros(DOF[kind], np.longdouble), np.eye(DOF[kind], dtype=np.longdouble)
     for _ in range(steps):
-        width = np.longdouble(1e-3) * np.sqrt(np.sum(distances(kind, surface, points) ** 2)) + 1e-12
+        width = np.longdouble(1e-6) * np.sqrt(np.sum(distances(kind, surface, points) ** 2)) + 1e-12
         hessian = np.stack([gradient(surface, width * u) - gradient(surface, -width * u) for u in units])
         hessian = (hessian / (2 * width)).astype(np.float64)
         step = np.linalg.solve(0.5 * (hessian + hessian.T), gradient(surface, zero).astype(np.float64))
