@@ -320,16 +320,18 @@ cdef void scatter_of(const Tree *tree, const Near *near, double *entries, Py_ssi
 def local_planes(
     const double[:, ::1] points, const Py_ssize_t[::1] order, int times, const double[:, ::1] at, Py_ssize_t k
 ):
-    """Unit normals (M, 3) of planes through the k nearest of points (N, 3) to places (M, 3), and the scatter (M,).
+    """Planes through the k nearest of points (N, 3) to places (M, 3): unit normals (M, 3), and the scatter (M,) about
+    them and along them in the narrower direction.
 
     The points are in this order (N,) halved so many times; 3 <= k <= N. See `fitting.cloud.normals`.
     """
     cdef Py_ssize_t i, n = points.shape[0], m = at.shape[0], pieces = 2 << times
     if times > LEVELS or not 3 <= k <= n or order.shape[0] != n:
         raise ValueError("there are at least 3 neighbours, and not more than points")
-    normals, scatter = np.empty((m, 3)), np.empty(m)
+    normals, scatter, breadth = np.empty((m, 3)), np.empty(m), np.empty(m)
     cdef double[:, ::1] normal = normals
     cdef double[::1] deviation = scatter
+    cdef double[::1] narrower = breadth
     cdef double *room = room_for(7 * n + 6 * pieces + 15 * m)
     cdef double *entries = room + 7 * n + 6 * pieces
     cdef double *vectors = entries + 6 * m
@@ -350,5 +352,6 @@ def local_planes(
         for i in range(m):
             normal[i, 0], normal[i, 1], normal[i, 2] = vectors[i], vectors[m + i], vectors[2 * m + i]
             deviation[i] = sqrt(max(entries[i], 0.0) / max(k - 3, 1))
+            narrower[i] = sqrt(max(entries[m + i], 0.0) / max(k - 3, 1))
     free(room)
-    return normals, scatter
+    return normals, scatter, breadth

@@ -131,7 +131,7 @@ class Cloud:
         seen = sample[:NORMAL_POINTS]
         along = working @ axes
         halved = Halved.of(along)
-        normals_along, scatter = local_planes(along, halved, at=along[seen])
+        normals_along, scatter, _ = local_planes(along, halved, at=along[seen])
         flattest = np.argsort(scatter, kind="stable")[: (len(scatter) + 1) // 2]
         return cls(
             frame=frame,

@@ -27,14 +27,16 @@ def estimate_normals(points: Array, k: int = NEIGHBOURS, at: Array | None = None
     return local_planes(points, Halved.of(points), points if at is None else at, k)[0]
 
 
-def local_planes(points: Array, halved: Halved, at: Array, k: int = NEIGHBOURS) -> tuple[Array, Array]:
-    """Normals (M, 3) as `estimate_normals`, and how far the neighbours scatter about their planes, (M,).
+def local_planes(points: Array, halved: Halved, at: Array, k: int = NEIGHBOURS) -> tuple[Array, Array, Array]:
+    """Normals (M, 3) as `estimate_normals`, and how neighbours scatter: about their planes, (M,), and along
+    those in the narrower direction, (M,).
 
-    The scatter is a standard deviation, unbiased for independent noise on a flat surface; curvature adds to
-    it, and correlation of the noise takes from it. Of neighbours that are as far, the earlier ones count.
+    They are standard deviations. That about the plane is unbiased for independent noise on a flat surface;
+    curvature adds to it, and correlation of the noise takes from it. Of neighbours that are as far, the
+    earlier ones count.
     """
     k = min(k, len(points))
     if k < 3:
-        return np.tile([0.0, 0.0, 1.0], (len(at), 1)), np.zeros(len(at))
+        return np.tile([0.0, 0.0, 1.0], (len(at), 1)), np.zeros(len(at)), np.zeros(len(at))
     contiguous = (np.ascontiguousarray(each, np.float64) for each in (points, at))
     return _pieces.local_planes(next(contiguous), halved.order, halved.times, next(contiguous), k)

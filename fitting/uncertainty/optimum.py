@@ -211,9 +211,11 @@ class Optimum:
 
 
 def _agreement(evidence: Evidence) -> Agreement | None:
-    """Of the distances of the inliers; their variance is that of normal noise."""
+    """Of the distances of the inliers; their variance is that of normal noise; None without any."""
     if evidence.explained is None:
         return None
     cloud, left = evidence.cloud, evidence.distance[evidence.inlier]
     variance = float(left @ left) / max(len(left) - evidence.free, 1)
+    if variance == 0.0:  # as many inliers as determine the surface
+        return None
     return Agreement.of(evidence.explained, cloud.patch, evidence.inlier, cloud.extent, variance)

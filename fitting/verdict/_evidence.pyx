@@ -9,9 +9,6 @@ import numpy as np
 from ..solver._descent cimport load
 from ..trial._limits cimport KINDS, Points, Surface, linearize
 
-cdef extern from "geometry/small.h" nogil:
-    void eigen(double *matrix, double *values, double *vectors)
-
 cdef extern from "geometry/room.h":
     double *room_for(Py_ssize_t numbers) except NULL
 
@@ -67,41 +64,4 @@ def mostly(const Py_ssize_t[::1] patch, const unsigned char[::1] inlier):
     for i in range(n):
         mask[i] = inlier[i] and balance[patch[i]] >= 0.0
     free(balance)
-    return found
-
-
-cdef void spread_of(
-    const double[:, ::1] points, const Py_ssize_t *near, Py_ssize_t k, double *squares
-) noexcept nogil:
-    """How much the points of k numbers scatter along their principal axes: sums of squares (3,), ascending."""
-    cdef double[3] middle = [0.0, 0.0, 0.0]
-    cdef double[3] off
-    cdef double[3][3] scatter
-    cdef double[3][3] axes
-    cdef Py_ssize_t i
-    cdef int a, b
-    for i in range(k):
-        for a in range(3):
-            middle[a] += points[near[i], a] / k
-    memset(scatter, 0, sizeof(scatter))
-    for i in range(k):
-        for a in range(3):
-            off[a] = points[near[i], a] - middle[a]
-        for a in range(3):
-            for b in range(3):
-                scatter[a][b] += off[a] * off[b]
-    eigen(&scatter[0][0], squares, &axes[0][0])
-
-
-def flat_count(const double[:, ::1] points, const Py_ssize_t[:, ::1] neighbours, double flat):
-    """At how many places the points of a row of `neighbours` (N, K) lie about a plane.
-
-    They scatter across it by less than a share of what they scatter in its narrower direction.
-    """
-    cdef Py_ssize_t i, found = 0
-    cdef double[3] squares
-    with nogil:
-        for i in range(neighbours.shape[0]):
-            spread_of(points, &neighbours[i, 0], neighbours.shape[1], squares)
-            found += squares[0] < flat * flat * squares[1]
     return found

@@ -8,8 +8,8 @@ from typing import Self
 import numpy as np
 
 from ..cloud.cloud import Cloud
-from ..cloud.normals import NEIGHBOURS
-from ..cloud.patches import GRAIN, PATCHES, strips_of
+from ..cloud.normals import NEIGHBOURS, local_planes
+from ..cloud.patches import GRAIN, PATCHES, Halved, strips_of
 from ..fields.fields import Explanations, Patched, explanations
 from ..geometry.vectors import Array
 from ..noise.exact import exact_points
@@ -241,6 +241,5 @@ def _on_surfaces(points: Array) -> int:
     """How many of the points (N, 3) lie on a surface with their neighbours among them."""
     if len(points) < 2 * NEIGHBOURS:
         return 0
-    from scipy.spatial import cKDTree
-
-    return _evidence.flat_count(points, cKDTree(points).query(points, k=NEIGHBOURS)[1], FLAT)
+    _, scatter, breadth = local_planes(points, Halved.of(points), at=points)
+    return int(np.count_nonzero(scatter < FLAT * breadth))

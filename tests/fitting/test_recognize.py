@@ -1,5 +1,7 @@
 """The pipeline from points to an answer: right kinds, backtracking, refusals, and input that is no cloud."""
 
+import subprocess
+import sys
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -13,6 +15,7 @@ from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
@@ -347,3 +350,38 @@ def test_a_ball_on_the_rings_of_a_spinning_laser_is_no_cone_about_the_laser(
     monkeypatch.setattr(starts, "RANKING", np.array([[160, 10, 40]]))
     cone = recognize(case.points, Config(kinds=("cone",)))
     assert cone.noise is not None and cone.noise.exact_share > 0.05
+
+
+def test_a_plane_that_few_points_determine_exactly_has_an_answer() -> None:
+    """Whole coordinates, of which no more than three on the plane count: nothing is left over by them."""
+    points = [
+        [-1, 1, -1], [0, 2, 2], [-1, 0, 0], [-2, 2, 1], [0, -1, -1], [-2, 2, 0], [1, 0, 0], [2, 2, -1],
+        [-2, -1, -2], [2, 2, 0], [0, 0, 0], [-2, -1, -1], [-2, 0, 0], [-1, -1, 0], [0, 1, 0],
+    ]  # fmt: skip
+    answer = recognize(np.array(points, np.float64), Config(kinds=("plane",)))
+    assert isinstance(answer.primitive, Plane)
+
+
+@pytest.mark.parametrize("seed", [7, 13, 17, 21])
+def test_half_a_torus_is_found_beside_a_tenth_of_points_anywhere(seed: int) -> None:
+    """Sparse ones, whose neighbours curve by more than the noise: the first search is misled."""
+    rng = np.random.default_rng([7, seed])
+    torus = Torus(3.0 * rng.normal(size=3), rng.normal(size=3), 1.0, 0.7)
+    points = torus.surface(rng.uniform(0.0, np.pi, 100), rng.uniform(0.0, 2.0 * np.pi, 100))
+    points += rng.normal(0.0, 0.01, points.shape)
+    points[:10] = rng.uniform(-4.0, 4.0, (10, 3))
+    answer = recognize(points, Config(kinds=("torus",)))
+    assert answer.error is not None and answer.error.inlier_rms is not None
+    assert answer.error.inlier_rms < 0.02
+
+
+def test_a_fit_needs_no_scipy() -> None:
+    """Its import takes longer than ten fits; here a third of the points may be a second surface."""
+    code = (
+        "import sys, numpy as np, primfit\n"
+        "points = np.random.default_rng(0).uniform(-1.0, 1.0, (900, 3))\n"
+        "points[:600, 2] *= 0.01\n"
+        "print(primfit.fit(points).status, 'scipy' in sys.modules)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
+    assert run.stdout == "fitted False\n"

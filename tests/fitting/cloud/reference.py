@@ -66,12 +66,13 @@ def halves(points: Array, times: int) -> Array:
     return numbers
 
 
-def local_planes(points: Array, at: Array, k: int) -> tuple[Array, Array]:
-    """Normals (M, 3) and scatter (M,)."""
+def local_planes(points: Array, at: Array, k: int) -> tuple[Array, Array, Array]:
+    """Normals (M, 3), and scatter (M,) about the plane and in the narrower direction along it."""
     offsets = points[cKDTree(points).query(at, k=k)[1]]
     offsets -= offsets.mean(axis=1, keepdims=True)
     squares, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
-    return vectors[:, :, 0], np.sqrt(np.maximum(squares[:, 0], 0.0) / max(k - 3, 1))
+    scatter, breadth = np.sqrt(np.maximum(squares.T[:2], 0.0) / max(k - 3, 1))
+    return vectors[:, :, 0], scatter, breadth
 
 
 def rounding(points: Array) -> tuple[float, float | None]:

@@ -42,14 +42,3 @@ def test_inliers_count_where_they_are_at_least_half(share: float) -> None:
     most = np.bincount(patch, inlier) >= 0.5 * np.bincount(patch)
     found = _evidence.mostly(patch, inlier.view(np.uint8))
     np.testing.assert_array_equal(found.view(bool), inlier & most[patch])
-
-
-@pytest.mark.parametrize("height", [0.0, 0.02, 0.3, 1.0])
-def test_flat_places_are_those_of_their_principal_components(height: float) -> None:
-    rng = np.random.default_rng(3)
-    points = rng.uniform(size=(400, 3)) * [1.0, 1.0, height]
-    neighbours = rng.integers(0, 400, (300, 16))
-    offsets = points[neighbours] - points[neighbours].mean(axis=1, keepdims=True)
-    squares = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", offsets, offsets))
-    expected = int(np.count_nonzero(squares[:, 0] < 0.4**2 * squares[:, 1]))
-    assert _evidence.flat_count(points, neighbours, 0.4) == expected
