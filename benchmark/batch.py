@@ -21,8 +21,8 @@ from primfit.synthetic.recipes import Range
 
 from .service import SCAN
 
-FEW = 8
-"""Clouds of a run that is mostly the start."""
+FEW, LEAST = 8, 100
+"""Clouds of a run that is mostly the start, and the fewest of one that is mostly work."""
 
 BAR = 1.85
 """Times the throughput of one process that two are to reach."""

@@ -5,7 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .batch import FEW
+from primfit.synthetic.recipes import FEWEST
+
+from .batch import LEAST
 from .cases import CASE_SETS
 from .coverage import LAWS
 from .methods import METHODS
@@ -212,18 +214,27 @@ def _add_batch(actions: Any) -> argparse.ArgumentParser:
         "shows what a start takes. Of each the least time counts: other programs only add to it.",
     )
     add = parser.add_argument
-    add("--n", type=_over_few, default=1000, metavar="N", help="clouds (default: 1000)")
-    add("--points", type=_whole_from_1, default=3000, metavar="N", help="points of each (default: 3000)")
+    add("--n", type=_clouds, default=1000, metavar="N", help="clouds (default: 1000)")
+    add("--points", type=_scan, default=3000, metavar="N", help="points of each (default: 3000)")
     add("--workers", type=_whole_from_1, default=2, metavar="N", help="processes beside one (default: 2)")
     add("--turns", type=_whole_from_1, default=3, metavar="N", help="runs of each (default: 3)")
     add("--seed", type=_seed, default=1, metavar="S", help="of all clouds (default: 1)")
     return parser
 
 
-def _over_few(text: str) -> int:
+def _clouds(text: str) -> int:
     value = _whole_from_1(text)
-    if value <= FEW:
-        raise argparse.ArgumentTypeError(f"{value} is too few; it must be over {FEW}")
+    if value < LEAST:
+        raise argparse.ArgumentTypeError(
+            f"{value} is too few: the start would blur the rest (from {LEAST} on)"
+        )
+    return value
+
+
+def _scan(text: str) -> int:
+    value = _whole_from_1(text)
+    if value < FEWEST:
+        raise argparse.ArgumentTypeError(f"{value} is too few; a scan has at least {FEWEST} points")
     return value
 
 

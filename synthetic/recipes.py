@@ -38,6 +38,10 @@ TRAINING_COUNTS = (5000,) * 9 + (1000,)
 """Clouds of each perturbation type in the benchmark's training set: their shares in a batch."""
 
 
+FEWEST = 10
+"""Points of a cloud, at least."""
+
+
 def _check(seed: int, **choices: tuple[tuple[str, ...], tuple[str, ...]]) -> None:
     for name, (given, known) in choices.items():
         if not given or not set(given) <= set(known):
@@ -47,8 +51,8 @@ def _check(seed: int, **choices: tuple[tuple[str, ...], tuple[str, ...]]) -> Non
 
 
 def _check_points(points: Range) -> None:
-    if points.low < 10:
-        raise ValueError(f"points must be at least 10, not {points.low}")
+    if points.low < FEWEST:
+        raise ValueError(f"points must be at least {FEWEST}, not {points.low}")
 
 
 def _check_outliers(outliers: Range) -> None:

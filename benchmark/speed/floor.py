@@ -68,6 +68,7 @@ class Facts:
     points : their number
     tried, answered : the kinds that were fitted, and those that the answer names
     exact : points lie on the answer within their rounding; then searches end early
+    spared : a rough fit of the ranking led to exact points, so that no starts were needed
     rivals : how often it was asked how far a kind that is not tried is from the best surface
     answer_bytes : of the answer in JSON
     """
@@ -76,6 +77,7 @@ class Facts:
     tried: tuple[str, ...]
     answered: tuple[str, ...]
     exact: bool
+    spared: bool
     rivals: int
     answer_bytes: int
 
@@ -238,8 +240,10 @@ def race(kind: str, guesses: int, points: int) -> Work:
 
 def starts(facts: Facts) -> Work:
     """A race of the guesses, of cylinders, too, where a torus is sought, which are bent into some of its own;
-    more steps of those that are left, where no exact points end the search."""
+    more steps of those that are left, where no exact points end the search; nothing where it was spared."""
     n, total = min(GUESS_POINTS, facts.points), Work()
+    if facts.spared:
+        return total
     for kind in facts.tried:
         total += race(kind, GUESSES[kind], facts.points) + ONCE * 2.0
         if kind == "torus":

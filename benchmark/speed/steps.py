@@ -128,7 +128,7 @@ def timed(case: Case, best: Ceilings, clock: Clock) -> Timed:
     answer = asked.written(body)
     whole = min(_alone(body) for _ in range(REPEATS))
     found = min((_by_step(body, clock) for _ in range(REPEATS)), key=lambda spent: sum(spent.values()))
-    facts = facts_of(len(case.points), answer, clock.entries["rivals"])
+    facts = facts_of(len(case.points), answer, clock.entries)
     spent = {name: 1e3 * seconds for name, seconds in found.items()} | {WHOLE: 1e3 * whole}
     floor = {name: 1e3 * work(facts).seconds(best) for name, work in FLOORS.items()}
     floor[WHOLE] = sum(floor.values())
@@ -141,14 +141,16 @@ def npy(points: Array) -> bytes:
     return stream.getvalue()
 
 
-def facts_of(points: int, answer: bytes, rivals: int) -> Facts:
-    """What the floor depends on, as an answer of `POST /fit` and the clock tell it."""
+def facts_of(points: int, answer: bytes, entries: Mapping[str, int]) -> Facts:
+    """What the floor depends on, as an answer of `POST /fit` tells it, and how often steps were entered."""
     told: Mapping[str, Any] = json.loads(answer)
     tried = tuple(_counted(each["kind"]) for each in told["attempts"] if each["primitive"] is not None)
     surfaces = [told["primitive"], *(other for other in told["alternatives"])]
     answered = tuple(_counted(surface["kind"]) for surface in surfaces if surface is not None)
     exact = told["noise"] is not None and told["noise"]["exact_share"] > 0.0
-    return Facts(points, tried, answered, exact, rivals, len(answer))
+    return Facts(
+        points, tried, answered, exact, not entries.get("starts"), entries.get("rivals", 0), len(answer)
+    )
 
 
 def _counted(kind: str) -> str:

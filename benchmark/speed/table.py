@@ -24,7 +24,7 @@ STEPS: dict[str, tuple[str, ...]] = {
     "normals": ("fitting.cloud.normals:local_planes",),
     "rank": ("fitting.recognize:_rank",),
     "starts": ("fitting.search.starts:ranked_starts", "fitting.search.starts:distinct_starts"),
-    "anneal": ("fitting.search.anneal:search",),
+    "anneal": ("fitting.search.anneal:search", "fitting.search.anneal:anneal"),
     "polish": ("fitting.search.polish:polish", "fitting.search.criteria:cheapest_minimum"),
     "evidence": ("fitting.verdict.evidence:Evidence.weigh",),
     "verdict": (

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from primfit.benchmark.batch import FEW, Use, table
+from primfit.benchmark.batch import FEW, LEAST, Use, table
 from primfit.benchmark.command import bench
 
 
@@ -13,16 +13,17 @@ from primfit.benchmark.command import bench
     sys.platform == "win32", reason="asks for the time of a process that ended, as POSIX has it"
 )
 def test_runs_are_measured(capsys):
-    assert bench(["batch", "--n", str(FEW + 1), "--points", "100", "--turns", "1"]) == 0
+    assert bench(["batch", "--n", str(LEAST), "--points", "100", "--turns", "1"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "| | 1 process | 2 processes |"
     assert lines[-1].endswith("bar: 5 %.")
 
 
-def test_few_clouds_are_refused(capsys):
+@pytest.mark.parametrize(("option", "number"), [("--n", LEAST - 1), ("--points", 9)])
+def test_few_clouds_and_points_are_refused(capsys, option, number):
     with pytest.raises(SystemExit):
-        bench(["batch", "--n", str(FEW)])
-    assert "must be over" in capsys.readouterr().err
+        bench(["batch", option, str(number)])
+    assert f"{number} is too few" in capsys.readouterr().err
 
 
 def test_the_start_is_no_part_of_a_cloud():

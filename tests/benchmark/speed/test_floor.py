@@ -9,7 +9,7 @@ from primfit.benchmark.speed.ceilings import Ceilings, calibration, rate
 from primfit.benchmark.speed.floor import DISTANCE, FLOORS, SLOPES, Facts, Work, equations, race, step
 from primfit.benchmark.speed.table import STEPS
 
-SCAN = Facts(3000, ("cylinder", "cone"), ("cylinder",), False, 2, 5000)
+SCAN = Facts(3000, ("cylinder", "cone"), ("cylinder",), False, False, 2, 5000)
 ONE = Ceilings(1e9, 1e9, 1e9, 1e9, 1e9, 1e9, 1e6, 1e6)
 
 
@@ -47,7 +47,7 @@ def test_exact_points_need_less_and_more_kinds_more():
     for name in ("starts", "anneal", "polish", "evidence", "verdict"):
         one = FLOORS[name](replace(SCAN, tried=("cylinder",))).seconds(ONE)
         assert one < FLOORS[name](SCAN).seconds(ONE), name
-    assert FLOORS["rivals"](replace(SCAN, rivals=0)) == Work()
+    assert FLOORS["rivals"](replace(SCAN, rivals=0)) == FLOORS["starts"](replace(SCAN, spared=True)) == Work()
     assert FLOORS["extents"](replace(SCAN, answered=())) == Work()
 
 

@@ -75,11 +75,12 @@ def test_what_floors_depend_on_is_read_from_the_answer():
         "noise": {"exact_share": 0.25},
     }
     body = json.dumps(answer).encode()
-    facts = steps.facts_of(50, body, 3)
+    facts = steps.facts_of(50, body, {"rivals": 3, "starts": 2})
     assert (facts.tried, facts.answered) == (("cone",), ("cone", "torus"))
-    assert facts.exact and facts.rivals == 3 and facts.answer_bytes == len(body)
+    assert facts.exact and not facts.spared and facts.rivals == 3 and facts.answer_bytes == len(body)
     nothing = answer | {"primitive": None, "alternatives": [], "noise": None}
-    assert steps.facts_of(50, json.dumps(nothing).encode(), 0).answered == ()
+    bare = steps.facts_of(50, json.dumps(nothing).encode(), {})
+    assert bare.answered == () and bare.spared and bare.rivals == 0
 
 
 def test_slower_steps_are_found_whatever_the_speed_of_the_machine(tmp_path):
