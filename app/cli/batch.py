@@ -16,6 +16,7 @@ from ..engine.shrec22 import prediction
 from ..engine.team import Team, chunks
 from ..readers import FORMATS
 from .files import Answer, Keep, Problem, Source, answer_file, answer_segments
+from .identity import identity
 
 # Answers are JSON: in a folder none is taken for a cloud.
 SUFFIXES = tuple(
@@ -65,22 +66,13 @@ def plan(inputs: Sequence[str], out: Path, format: str, labels: str | None = Non
         if taken is not None and Path(taken).resolve() != Path(name).resolve():
             raise CollisionError(f"{taken} and {name} would both write {target}")
         targets.setdefault(target, name)
-    sources = {_identity(name) for name in targets.values()} - {None}
+    sources = {identity(name) for name in targets.values()} - {None}
     for target, name in targets.items():
-        if _identity(target) in sources:
+        if identity(target) in sources:
             raise CollisionError(f"the answer for {name} would overwrite the input {target}")
     if labels:
         _check_folders({_folder(target, format): name for target, name in targets.items()})
     return targets
-
-
-def _identity(file: str | Path) -> tuple[int, int] | None:
-    """By which a file is known under all of its names; None where there is none."""
-    try:
-        found = os.stat(file)
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino
 
 
 def _folder(target: Path, format: str) -> Path:
