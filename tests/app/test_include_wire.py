@@ -178,7 +178,8 @@ def test_exports_of_the_command_line_and_of_python_are_refused(tmp_path: Path) -
     asking = tmp_path / "asking.json"
     asking.write_text(json.dumps({**SMALL, "options": {"include": ["uncertainty"]}}))
     result = _run("fit", "--step", out, asking)
-    assert result.exit_code == 2 and result.stderr == f"primfit: {out}: not written: {REFUSED}\n"
+    assert (result.exit_code, result.stdout, result.stderr) == (2, "", f"primfit: {asking}: {REFUSED}\n")
+    assert _run("fit", "--form", tmp_path / "form.json", asking).exit_code == 0
     assert not out.exists()
     points = noisy(PRIMITIVES["cylinder"], 200, 0.01)
     recognition = primfit.fit(points, include=["uncertainty"])
