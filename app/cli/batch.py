@@ -4,7 +4,7 @@ import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -57,15 +57,19 @@ def plan(inputs: Sequence[str], out: Path, format: str, labels: str | None = Non
     Raises
     ------
     CollisionError
-        If two inputs differ only in their suffix or folder, so that one answer would overwrite the other.
+        If two inputs differ only in their suffix or folder, or in a link on the way to their outputs, so that
+        one answer would overwrite the other.
     """
     targets: dict[Path, str] = {}
+    places: dict[Path, str] = {}
+    real = cache(Path.resolve)
     for name, inner in _expand(inputs):
         target = out / inner.with_name(_unpacked(inner).stem + ENDINGS[format])
-        taken = targets.get(target)
-        if taken is not None and Path(taken).resolve() != Path(name).resolve():
-            raise CollisionError(f"{taken} and {name} would both write {target}")
-        targets.setdefault(target, name)
+        place = real(target.parent) / target.name
+        if place not in places:
+            places[place] = targets[target] = name
+        elif Path(places[place]).resolve() != Path(name).resolve():
+            raise CollisionError(f"{places[place]} and {name} would both write {target}")
     sources = {identity(name) for name in targets.values()} - {None}
     for target, name in targets.items():
         if identity(target) in sources:
@@ -82,7 +86,11 @@ def _folder(target: Path, format: str) -> Path:
 
 def _check_folders(folders: Mapping[Path, str]) -> None:
     """No two inputs write into one folder, and none into a folder that an input lies in."""
-    resolved = {folder.resolve(): name for folder, name in folders.items()}
+    resolved: dict[Path, str] = {}
+    for folder, name in folders.items():
+        other = resolved.setdefault(folder.resolve(), name)
+        if other != name:
+            raise CollisionError(f"{other} and {name} would both write into {folder}")
     for folder, name in resolved.items():
         for outer in resolved.keys() & set(folder.parents):
             raise CollisionError(f"{resolved[outer]} and {name} would both write into {outer}")

@@ -101,6 +101,31 @@ def test_an_input_is_never_overwritten(tmp_path: Path) -> None:
         plan([str(tmp_path / "cloud.json")], tmp_path, "json")
 
 
+def test_two_inputs_that_write_one_file_through_a_link_are_refused(tmp_path: Path) -> None:
+    for inner in ("p", "q"):
+        (tmp_path / "tree" / inner).mkdir(parents=True)
+        (tmp_path / "tree" / inner / "x.csv").write_text("")
+    out, inputs = tmp_path / "out", [str(tmp_path / "tree")]
+    assert len(plan(inputs, out, "json")) == 2
+    (out / "p").mkdir(parents=True)
+    (out / "q").symlink_to("p")
+    with pytest.raises(CollisionError, match="would both write"):
+        plan(inputs, out, "json")
+
+
+def test_two_inputs_whose_segments_go_into_one_folder_through_a_link_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "tree").mkdir()
+    for name in ("x.csv", "y.csv"):
+        (tmp_path / "tree" / name).write_text("")
+    out, inputs = tmp_path / "out", [str(tmp_path / "tree")]
+    assert len(plan(inputs, out, "json", "label")) == 2
+    (out / "x").mkdir(parents=True)
+    (out / "y").symlink_to("x")
+    assert len(plan(inputs, out, "json")) == 2
+    with pytest.raises(CollisionError, match="would both write into"):
+        plan(inputs, out, "json", "label")
+
+
 def test_the_same_file_twice_is_done_once(tmp_path: Path) -> None:
     (tmp_path / "cloud.csv").write_text("")
     assert len(plan([str(tmp_path), str(tmp_path / "cloud.csv")], tmp_path / "out", "json")) == 1
