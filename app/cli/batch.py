@@ -3,6 +3,7 @@
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
@@ -219,8 +220,18 @@ def keep(target: Path, name: str, format: str, answer: Answer) -> Kept:
 
 
 def _write(target: Path, text: bytes) -> None:
-    """Write all of it or nothing, so that an interrupted run leaves no half of an answer."""
+    """Write all of it or nothing, so that an interrupted run leaves no half of an answer.
+
+    It is renamed from a random name: one made from that of the answer may be the name of an input.
+    """
     target.parent.mkdir(parents=True, exist_ok=True)
-    part = target.with_name(target.name + ".part")
-    part.write_bytes(text)
-    os.replace(part, target)
+    part = target.with_name(f".{os.urandom(8).hex()}.part")
+    try:
+        with part.open("xb") as stream:
+            stream.write(text)
+        os.replace(part, target)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(target)) from None
+    finally:
+        with suppress(OSError):  # it is there after a failure only
+            part.unlink()

@@ -101,6 +101,25 @@ def test_an_input_is_never_overwritten(tmp_path: Path) -> None:
         plan([str(tmp_path / "cloud.json")], tmp_path, "json")
 
 
+def test_an_input_named_like_half_an_answer_is_kept(clouds: Path, tmp_path: Path) -> None:
+    cloud = (clouds / "a" / "cloud.txt").read_bytes()
+    (tmp_path / "x.csv").write_bytes(cloud)
+    (tmp_path / "x.json.part").write_bytes(cloud)
+    result = run("batch", tmp_path / "x.csv", tmp_path / "x.json.part", "--out", tmp_path, "--workers", 1)
+    assert result.exit_code == 0
+    assert (tmp_path / "x.json.part").read_bytes() == cloud
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["x.csv", "x.json", "x.json.json", "x.json.part"]
+
+
+def test_an_answer_that_cannot_be_written_leaves_nothing(clouds: Path, tmp_path: Path) -> None:
+    (tmp_path / "cloud.json").mkdir()
+    result = run("batch", clouds / "a" / "cloud.txt", "--out", tmp_path, "--workers", 1)
+    assert result.exit_code == 2
+    assert result.stderr == f"primfit: {tmp_path / 'cloud.json'}: cannot be written: Is a directory\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["cloud.json"]
+
+
 def test_two_inputs_that_write_one_file_through_a_link_are_refused(tmp_path: Path) -> None:
     for inner in ("p", "q"):
         (tmp_path / "tree" / inner).mkdir(parents=True)
