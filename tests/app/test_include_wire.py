@@ -124,6 +124,7 @@ def test_the_service_refuses_what_is_no_part(service: Service) -> None:
         (["extent"], "include holds 'extent'; allowed are extents, uncertainty"),
         ("extents", "include must be a sequence of names out of extents, uncertainty"),
         (7, "include must be a sequence of names out of extents, uncertainty"),
+        ({"extents": 1}, "include must be a sequence of names out of extents, uncertainty"),
         (["extents", "extents"], "include names the same part twice"),
     ],
 )
