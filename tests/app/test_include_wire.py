@@ -141,9 +141,15 @@ def test_python_refuses(include: Any, said: str) -> None:
 
 
 def test_the_command_line_refuses_before_any_file_is_read(tmp_path: Path) -> None:
-    result = _run("fit", "--include", "none", "--include", "extents", tmp_path / "missing.csv")
-    said = "primfit: --include: include names none beside a part\n"
-    assert (result.exit_code, result.stdout, result.stderr) == (2, "", said)
+    for parts, said in (
+        (("none", "extents"), "include names none beside a part"),
+        (("extents", "none", "none"), "include names none beside a part"),
+        (("extents", "extents"), "include names the same part twice"),
+        (("none", "none"), "include names none twice"),
+    ):
+        result = _run("fit", *_flags(parts), tmp_path / "missing.csv")
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert result.stderr == f"primfit: --include: {said}\n"
     assert _run("fit", "--include", "extent", tmp_path / "missing.csv").exit_code == 2
 
 
