@@ -11,6 +11,7 @@ from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.names import ANSWER_PARTS
 
 from ..exports import FORMATS, ExportOptions, Fitted, NothingToExportError, check_parts
+from .identity import identity
 from .status import BAD_INPUT, complain, worst
 
 
@@ -62,11 +63,17 @@ class Artifacts:
 
 
 def _check_overwriting(files: dict[str, Path], read: str) -> None:
-    taken = {Path(read).resolve(): "the input"}
+    taken = {_known_by(Path(read)): "the input"}
     for format, file in files.items():
-        if file.resolve() in taken:
-            raise _refused(str(file), f"the export {format} would overwrite {taken[file.resolve()]}")
-        taken[file.resolve()] = f"the export {format}"
+        known = _known_by(file)
+        if known in taken:
+            raise _refused(str(file), f"the export {format} would overwrite {taken[known]}")
+        taken[known] = f"the export {format}"
+
+
+def _known_by(file: Path) -> tuple[int, int] | Path:
+    """What the names of one file have in common; of one that is yet to be made its place."""
+    return identity(file) or file.resolve()
 
 
 def _refused(subject: str, message: str) -> typer.Exit:

@@ -3,8 +3,9 @@
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from ..engine.shrec22 import prediction
 from ..engine.team import Team, chunks
 from ..readers import FORMATS
 from .files import Answer, Keep, Problem, Source, answer_file, answer_segments
+from .identity import identity
 
 # Answers are JSON: in a folder none is taken for a cloud.
 SUFFIXES = tuple(
@@ -56,31 +58,26 @@ def plan(inputs: Sequence[str], out: Path, format: str, labels: str | None = Non
     Raises
     ------
     CollisionError
-        If two inputs differ only in their suffix or folder, so that one answer would overwrite the other.
+        If two inputs differ only in their suffix or folder, or in a link on the way to their outputs, so that
+        one answer would overwrite the other.
     """
     targets: dict[Path, str] = {}
+    places: dict[Path, str] = {}
+    real = cache(Path.resolve)
     for name, inner in _expand(inputs):
         target = out / inner.with_name(_unpacked(inner).stem + ENDINGS[format])
-        taken = targets.get(target)
-        if taken is not None and Path(taken).resolve() != Path(name).resolve():
-            raise CollisionError(f"{taken} and {name} would both write {target}")
-        targets.setdefault(target, name)
-    sources = {_identity(name) for name in targets.values()} - {None}
+        place = real(target.parent) / target.name
+        if place not in places:
+            places[place] = targets[target] = name
+        elif Path(places[place]).resolve() != Path(name).resolve():
+            raise CollisionError(f"{places[place]} and {name} would both write {target}")
+    sources = {identity(name) for name in targets.values()} - {None}
     for target, name in targets.items():
-        if _identity(target) in sources:
+        if identity(target) in sources:
             raise CollisionError(f"the answer for {name} would overwrite the input {target}")
     if labels:
         _check_folders({_folder(target, format): name for target, name in targets.items()})
     return targets
-
-
-def _identity(file: str | Path) -> tuple[int, int] | None:
-    """By which a file is known under all of its names; None where there is none."""
-    try:
-        found = os.stat(file)
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino
 
 
 def _folder(target: Path, format: str) -> Path:
@@ -90,7 +87,11 @@ def _folder(target: Path, format: str) -> Path:
 
 def _check_folders(folders: Mapping[Path, str]) -> None:
     """No two inputs write into one folder, and none into a folder that an input lies in."""
-    resolved = {folder.resolve(): name for folder, name in folders.items()}
+    resolved: dict[Path, str] = {}
+    for folder, name in folders.items():
+        other = resolved.setdefault(folder.resolve(), name)
+        if other != name:
+            raise CollisionError(f"{other} and {name} would both write into {folder}")
     for folder, name in resolved.items():
         for outer in resolved.keys() & set(folder.parents):
             raise CollisionError(f"{resolved[outer]} and {name} would both write into {outer}")
@@ -219,8 +220,18 @@ def keep(target: Path, name: str, format: str, answer: Answer) -> Kept:
 
 
 def _write(target: Path, text: bytes) -> None:
-    """Write all of it or nothing, so that an interrupted run leaves no half of an answer."""
+    """Write all of it or nothing, so that an interrupted run leaves no half of an answer.
+
+    It is renamed from a random name: one made from that of the answer may be the name of an input.
+    """
     target.parent.mkdir(parents=True, exist_ok=True)
-    part = target.with_name(target.name + ".part")
-    part.write_bytes(text)
-    os.replace(part, target)
+    part = target.with_name(f".{os.urandom(8).hex()}.part")
+    try:
+        with part.open("xb") as stream:
+            stream.write(text)
+        os.replace(part, target)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(target)) from None
+    finally:
+        with suppress(OSError):  # it is there after a failure only
+            part.unlink()

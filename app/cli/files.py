@@ -2,13 +2,14 @@
 
 import sys
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
+from primfit.fitting.names import ANSWER_PARTS
 
 from ..engine.answer import answered
 from ..engine.cut import Label, Piece, cut_cloud, pieces
@@ -47,12 +48,18 @@ def answer_file(name: str, options: Mapping[str, Any]) -> Answer:
         return _problem(name, error)
 
 
-def fit_file(name: str, options: Mapping[str, Any]) -> "tuple[Fitted, dict[str, Any]] | Problem":
-    """What was recognised in a file and the body of `POST /fit` for it, or what is wrong with it."""
-    from ..exports import Fitted
+def fit_file(
+    name: str, options: Mapping[str, Any], formats: Collection[str] = ()
+) -> "tuple[Fitted, dict[str, Any]] | Problem":
+    """What was recognised in a file and the body of `POST /fit` for it, or what is wrong with it.
+
+    It is not fitted where the options leave out what one of the `formats` of exports needs.
+    """
+    from ..exports import Fitted, check_parts
 
     try:
         cloud, used = _read(name, options, None)
+        check_parts(formats, used.get("include", ANSWER_PARTS))
         recognition, content = answered(cloud, used)
         return Fitted(recognition, cloud, used), content
     except Exception as error:

@@ -97,14 +97,14 @@ def checked(
     given |= {"tolerance": tolerance, "seed": seed}
     options = {name: value for name, value in given.items() if value is not None}
     if kind:
-        options["kinds"] = list(dict.fromkeys(map(str, kind)))
+        options["kinds"] = list(map(str, kind))
     try:
         if constraint:
             options["constraints"] = parse_constraints(constraint)
         if initial_guess is not None:
             options["initial_guess"] = _json(initial_guess)
         if include:
-            options["include"] = _parts(list(dict.fromkeys(map(str, include))))
+            options["include"] = _parts(list(map(str, include)))
         config_of(**options)
     except InvalidOptionError as error:
         option = error.field.partition(".")[0]
@@ -117,8 +117,10 @@ def _parts(named: list[str]) -> list[str]:
     """The parts named; `none` stands alone and names none."""
     if "none" not in named:
         return named
-    if len(named) > 1:
+    if set(named) != {"none"}:
         raise InvalidOptionError("include names none beside a part", "include")
+    if len(named) > 1:
+        raise InvalidOptionError("include names none twice", "include")
     return []
 
 

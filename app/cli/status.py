@@ -7,6 +7,7 @@ from collections.abc import Iterable
 EXIT = {"fitted": 0, "ambiguous": 3, "no_fit": 4}
 BAD_INPUT = 2
 INTERNAL_ERROR = 1
+INTERRUPTED = 130
 BADNESS = (*EXIT.values(), BAD_INPUT, INTERNAL_ERROR)
 
 

@@ -1,6 +1,6 @@
 """What a caller may ask of the fit."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,7 +86,7 @@ class Config:
 
 def _names(field: str, given: object, allowed: tuple[str, ...]) -> tuple[str, ...]:
     """A sequence of names out of those allowed, none of them twice."""
-    if isinstance(given, str) or not isinstance(given, Iterable):
+    if isinstance(given, str | Mapping) or not isinstance(given, Iterable):
         raise InvalidOptionError(f"{field} must be a sequence of names out of {', '.join(allowed)}", field)
     names = tuple(given)
     for name in names:

@@ -124,6 +124,7 @@ def test_the_service_refuses_what_is_no_part(service: Service) -> None:
         (["extent"], "include holds 'extent'; allowed are extents, uncertainty"),
         ("extents", "include must be a sequence of names out of extents, uncertainty"),
         (7, "include must be a sequence of names out of extents, uncertainty"),
+        ({"extents": 1}, "include must be a sequence of names out of extents, uncertainty"),
         (["extents", "extents"], "include names the same part twice"),
     ],
 )
@@ -140,9 +141,15 @@ def test_python_refuses(include: Any, said: str) -> None:
 
 
 def test_the_command_line_refuses_before_any_file_is_read(tmp_path: Path) -> None:
-    result = _run("fit", "--include", "none", "--include", "extents", tmp_path / "missing.csv")
-    said = "primfit: --include: include names none beside a part\n"
-    assert (result.exit_code, result.stdout, result.stderr) == (2, "", said)
+    for parts, said in (
+        (("none", "extents"), "include names none beside a part"),
+        (("extents", "none", "none"), "include names none beside a part"),
+        (("extents", "extents"), "include names the same part twice"),
+        (("none", "none"), "include names none twice"),
+    ):
+        result = _run("fit", *_flags(parts), tmp_path / "missing.csv")
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert result.stderr == f"primfit: --include: {said}\n"
     assert _run("fit", "--include", "extent", tmp_path / "missing.csv").exit_code == 2
 
 
@@ -178,7 +185,8 @@ def test_exports_of_the_command_line_and_of_python_are_refused(tmp_path: Path) -
     asking = tmp_path / "asking.json"
     asking.write_text(json.dumps({**SMALL, "options": {"include": ["uncertainty"]}}))
     result = _run("fit", "--step", out, asking)
-    assert result.exit_code == 2 and result.stderr == f"primfit: {out}: not written: {REFUSED}\n"
+    assert (result.exit_code, result.stdout, result.stderr) == (2, "", f"primfit: {asking}: {REFUSED}\n")
+    assert _run("fit", "--form", tmp_path / "form.json", asking).exit_code == 0
     assert not out.exists()
     points = noisy(PRIMITIVES["cylinder"], 200, 0.01)
     recognition = primfit.fit(points, include=["uncertainty"])

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from .. import options as of
-from ..status import BAD_INPUT, EXIT, INTERNAL_ERROR, complain, worst
+from ..status import BAD_INPUT, EXIT, INTERNAL_ERROR, INTERRUPTED, complain, worst
 
 
 def batch(
@@ -41,7 +41,8 @@ def batch(
 
     With --labels that of each segment goes into NAME/LABEL.json.
 
-    Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
+    Exit status: 0 when every input has its answer (whatever its status), 2 when one has not, 130 when
+    interrupted.
     """
     from ...engine.team import LostWorkerError
     from ..batch import SUFFIXES, CollisionError, plan, run
@@ -60,11 +61,15 @@ def batch(
     try:
         summary = run(targets, format, options, workers, labels)
     except OSError as error:
-        complain(str(error.filename or out), f"cannot be written: {error.strerror or error}")
+        why = "it is no folder" if isinstance(error, FileExistsError) else error.strerror or error
+        complain(str(error.filename or out), f"cannot be written: {why}")
         raise typer.Exit(BAD_INPUT) from None
     except LostWorkerError as error:
         complain("batch", f"{error}; answers up to then are in {out}")
         raise typer.Exit(INTERNAL_ERROR) from None
+    except KeyboardInterrupt:
+        complain("batch", f"interrupted; answers up to then are in {out}")
+        raise typer.Exit(INTERRUPTED) from None
     for problem in summary.problems:
         complain(problem.name, problem.message)
     counts = ", ".join(f"{summary.statuses[status]} {status}" for status in EXIT)

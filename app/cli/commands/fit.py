@@ -103,7 +103,8 @@ def _statuses(
     from ..files import Problem
 
     show = _show()
-    for name, item, found in _answers(files, options, labels):
+    formats = () if artifacts is None else tuple(artifacts.files)
+    for name, item, found in _answers(files, options, labels, formats):
         if isinstance(found, Problem):
             complain(found.name, found.message)
             yield found.exit_status
@@ -130,7 +131,9 @@ def _show() -> Callable[[str, dict[str, Any]], None]:
     return lambda name, answer: console.print(render(name, answer))
 
 
-def _answers(files: list[str], options: dict[str, Any], labels: str | None) -> Iterator[tuple[str, Any, Any]]:
+def _answers(
+    files: list[str], options: dict[str, Any], labels: str | None, formats: tuple[str, ...]
+) -> Iterator[tuple[str, Any, Any]]:
     """What to call each answer, its item where there are segments, and what was recognised or a problem."""
     from ...engine.items import Item
     from ...engine.names import Ids, base_name
@@ -139,7 +142,7 @@ def _answers(files: list[str], options: dict[str, Any], labels: str | None) -> I
 
     if not labels:
         for name in files:
-            yield name, None, fit_file(name, options)
+            yield name, None, fit_file(name, options, formats)
         return
     ids, whole, number = Ids(), None, 0
     with Team(1) as team:

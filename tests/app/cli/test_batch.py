@@ -101,6 +101,50 @@ def test_an_input_is_never_overwritten(tmp_path: Path) -> None:
         plan([str(tmp_path / "cloud.json")], tmp_path, "json")
 
 
+def test_an_input_named_like_half_an_answer_is_kept(clouds: Path, tmp_path: Path) -> None:
+    cloud = (clouds / "a" / "cloud.txt").read_bytes()
+    (tmp_path / "x.csv").write_bytes(cloud)
+    (tmp_path / "x.json.part").write_bytes(cloud)
+    result = run("batch", tmp_path / "x.csv", tmp_path / "x.json.part", "--out", tmp_path, "--workers", 1)
+    assert result.exit_code == 0
+    assert (tmp_path / "x.json.part").read_bytes() == cloud
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["x.csv", "x.json", "x.json.json", "x.json.part"]
+
+
+def test_an_answer_that_cannot_be_written_leaves_nothing(clouds: Path, tmp_path: Path) -> None:
+    (tmp_path / "cloud.json").mkdir()
+    result = run("batch", clouds / "a" / "cloud.txt", "--out", tmp_path, "--workers", 1)
+    assert result.exit_code == 2
+    assert result.stderr == f"primfit: {tmp_path / 'cloud.json'}: cannot be written: Is a directory\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["cloud.json"]
+
+
+def test_two_inputs_that_write_one_file_through_a_link_are_refused(tmp_path: Path) -> None:
+    for inner in ("p", "q"):
+        (tmp_path / "tree" / inner).mkdir(parents=True)
+        (tmp_path / "tree" / inner / "x.csv").write_text("")
+    out, inputs = tmp_path / "out", [str(tmp_path / "tree")]
+    assert len(plan(inputs, out, "json")) == 2
+    (out / "p").mkdir(parents=True)
+    (out / "q").symlink_to("p")
+    with pytest.raises(CollisionError, match="would both write"):
+        plan(inputs, out, "json")
+
+
+def test_two_inputs_whose_segments_go_into_one_folder_through_a_link_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "tree").mkdir()
+    for name in ("x.csv", "y.csv"):
+        (tmp_path / "tree" / name).write_text("")
+    out, inputs = tmp_path / "out", [str(tmp_path / "tree")]
+    assert len(plan(inputs, out, "json", "label")) == 2
+    (out / "x").mkdir(parents=True)
+    (out / "y").symlink_to("x")
+    assert len(plan(inputs, out, "json")) == 2
+    with pytest.raises(CollisionError, match="would both write into"):
+        plan(inputs, out, "json", "label")
+
+
 def test_the_same_file_twice_is_done_once(tmp_path: Path) -> None:
     (tmp_path / "cloud.csv").write_text("")
     assert len(plan([str(tmp_path), str(tmp_path / "cloud.csv")], tmp_path / "out", "json")) == 1
@@ -119,24 +163,53 @@ def test_a_folder_that_cannot_be_written_is_said_plainly(clouds: Path, tmp_path:
     assert "cannot be written" in result.stderr and len(result.stderr.splitlines()) == 1
 
 
+def test_what_stands_in_the_way_of_a_folder_is_no_folder(clouds: Path, tmp_path: Path) -> None:
+    (tmp_path / "a").write_text("in the way\n")
+    (tmp_path / "gone").symlink_to("missing")
+    for source, out, named in (
+        (clouds, tmp_path, tmp_path / "a"),
+        (clouds, tmp_path / "gone", tmp_path / "gone"),
+        (clouds / "a" / "cloud.txt", os.devnull, os.devnull),
+    ):
+        result = run("batch", source, "--out", out, "--workers", 1)
+        assert result.exit_code == 2
+        assert result.stderr == f"primfit: {named}: cannot be written: it is no folder\n"
+
+
 @needs_proc
 def test_a_process_that_is_killed_ends_the_run_with_a_sentence(tmp_path: Path) -> None:
-    (tmp_path / "in").mkdir()
-    points = np.random.default_rng(0).normal(size=(500, 3))
-    points /= np.linalg.norm(points, axis=1)[:, None]
-    for index in range(3000):
-        np.save(tmp_path / "in" / f"{index:04}.npy", points)
-    command = [sys.executable, "-m", "primfit", "batch", str(tmp_path / "in"), "--out", str(tmp_path / "out")]
-    process = subprocess.Popen([*command, "--workers", "2"], stderr=subprocess.PIPE, text=True)
-    while not list((tmp_path / "out").glob("*.json")):
-        assert process.poll() is None
-        time.sleep(0.01)
+    process = _under_way(tmp_path, workers=2)
     workers = [worker for child in children(process.pid) for worker in children(child)]
     assert len(workers) == 2
     os.kill(workers[0], signal.SIGKILL)
     said = process.communicate(timeout=60)[1]
     assert process.returncode == 1
     assert said.startswith("primfit: batch: a process was ended from outside") and len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_interrupted_run_says_where_its_answers_are(tmp_path: Path, workers: int) -> None:
+    process = _under_way(tmp_path, workers)
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=60)[1]
+    assert said == f"primfit: batch: interrupted; answers up to then are in {tmp_path / 'out'}\n"
+    assert process.returncode == 130
+    assert {file.suffix for file in (tmp_path / "out").iterdir()} == {".json"}
+
+
+def _under_way(folder: Path, workers: int) -> "subprocess.Popen[str]":
+    """A long run that has written its first answer, into `out`."""
+    (folder / "in").mkdir()
+    points = np.random.default_rng(0).normal(size=(500, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    for index in range(3000):
+        np.save(folder / "in" / f"{index:04}.npy", points)
+    words = ["batch", str(folder / "in"), "--out", str(folder / "out"), "--workers", str(workers)]
+    process = subprocess.Popen([sys.executable, "-m", "primfit", *words], stderr=subprocess.PIPE, text=True)
+    while not list((folder / "out").glob("*.json")):
+        assert process.poll() is None
+        time.sleep(0.01)
+    return process
 
 
 @pytest.fixture(scope="module")

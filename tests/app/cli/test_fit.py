@@ -158,6 +158,13 @@ def test_bad_options_are_refused_before_any_file_is_read(
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.parametrize("command", [["fit"], ["batch", "--out", "answers"]])
+def test_a_kind_that_is_named_twice_is_refused(clouds: Path, command: list[str]) -> None:
+    result = run(*command, "--kind", "cone", "--kind", "cone", clouds / "missing.csv")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == "primfit: --kind: kinds names the same kind twice\n"
+
+
 def test_kinds_are_those_of_the_engine() -> None:
     assert tuple(Kind) == KINDS
 

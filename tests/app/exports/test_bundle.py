@@ -109,16 +109,27 @@ def test_the_command_line_says_what_it_cannot_write(tmp_path: Path) -> None:
 
 
 def test_the_command_line_overwrites_neither_its_input_nor_another_export(tmp_path: Path) -> None:
-    cloud, wanted = tmp_path / "cloud.csv", tmp_path / "wanted"
+    cloud, link, other, wanted = (tmp_path / name for name in ("cloud.csv", "link", "other", "wanted"))
     cloud.write_bytes(CSV.read_bytes())
+    link.symlink_to(cloud)
+    other.hardlink_to(cloud)
     for words, lost in (
-        (["--report", cloud], "the input"),
+        *(([flag, name], "the input") for name in (cloud, link, other) for flag in ("--report", "--csv-row")),
         (["--step", wanted, "--glb", wanted], "the export step"),
     ):
         result = CliRunner().invoke(app, ["fit", str(cloud), *map(str, words)])
         assert result.exit_code == 2 and not result.stdout
         assert f"would overwrite {lost}" in result.stderr
     assert cloud.read_bytes() == CSV.read_bytes() and not wanted.exists()
+
+
+def test_two_exports_are_not_written_to_one_file_by_its_two_names(tmp_path: Path) -> None:
+    one, two = tmp_path / "one", tmp_path / "two"
+    one.write_bytes(b"as before")
+    two.hardlink_to(one)
+    result = CliRunner().invoke(app, ["fit", str(CSV), "--csv-row", str(one), "--form", str(two)])
+    assert result.exit_code == 2 and "would overwrite the export csv" in result.stderr
+    assert one.read_bytes() == b"as before"
 
 
 def test_unknown_formats_are_refused() -> None:

@@ -23,6 +23,7 @@ from tests.fitting.clouds import EXAMPLES, noisy
         ({"seed": -1}, "seed"),
         ({"seed": 1.5}, "seed"),
         ({"kinds": "plane"}, "kinds"),
+        ({"kinds": {"plane": 1}}, "kinds"),
     ],
 )
 def test_options_out_of_range_are_named(options: dict, field: str) -> None:
