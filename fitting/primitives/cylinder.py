@@ -101,6 +101,13 @@ class Cylinder(Primitive):
         """By its curvature 1 / r."""
         return bent_straight(self.row(), step, is_cone=False)
 
+    def bends(self, feet: Array) -> list[tuple[tuple[str, ...], Array]]:
+        """A slender cone leaves it by a taper, a wide torus by a bend of the axis."""
+        radial, rho, height = around_axis(feet, self.point, self.axis)
+        height -= height.mean()
+        around = np.array(basis(self.axis)) @ (radial / (rho + TINY)[:, None]).T
+        return [(("cone",), height[:, None]), (("torus",), (height * height * around).T)]
+
     def coordinates(self, feet: Array, extent: float) -> list[tuple[Array, float]]:
         azimuth, _, height = cylindrical(feet, self.point, self.axis)
         return [(azimuth, 2.0 * np.pi), (height / extent, 0.0)]

@@ -75,6 +75,11 @@ class Plane(Primitive):
         if not limits.pinned:
             row[3:6] = np.median(points @ row[:3]) * row[:3]
 
+    def bends(self, feet: Array) -> list[tuple[tuple[str, ...], Array]]:
+        """Wide surfaces of all other kinds leave it by a quadratic."""
+        x, y = np.array(basis(self.normal)) @ (feet - feet.mean(axis=0)).T
+        return [(("sphere", "cylinder", "cone", "torus"), np.stack([x * x, x * y, y * y], axis=1))]
+
     def coordinates(self, feet: Array, extent: float) -> list[tuple[Array, float]]:
         axes = principal(feet)[1]
         return [(feet @ axes[:, 0] / extent, 0.0), (feet @ axes[:, 1] / extent, 0.0)]

@@ -156,6 +156,13 @@ class Primitive(Protocol):
         """Simpler kinds that this surface nearly is, over a cloud whose rms radius is `extent`."""
         ...
 
+    def bends(self, feet: Array) -> list[tuple[tuple[str, ...], Array]]:
+        """Kinds that have this one for a limit, and by what distances change, (P, k), where they leave it.
+
+        To first order, at feet (P, 3); in any unit each. A kind that bends this one has no other way to come near it.
+        """
+        return []
+
     def coordinates(self, feet: Array, extent: float) -> list[tuple[Array, float]]:
         """Coordinates (N,) of points on it, angles [rad] or lengths over the extent; their period or 0."""
         return []

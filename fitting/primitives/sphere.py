@@ -98,6 +98,12 @@ class Sphere(Primitive):
         distance -= shift[0] + step[3]
         return rows(row[:3], -(distance + radius) * frame[0], offset=abs(radius))
 
+    def bends(self, feet: Array) -> list[tuple[tuple[str, ...], Array]]:
+        """A torus of a small major radius leaves it by the sine of the angle from its axis, even and smooth: by
+        harmonics of second degree."""
+        x, y, z = (feet - self.center).T / self.radius
+        return [(("torus",), np.stack([x * y, y * z, z * x, x * x - y * y, y * y - z * z], axis=1))]
+
     def canonical(self, center: Array) -> Self:
         return self
 

@@ -3,6 +3,7 @@
 import math
 import sys
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -11,7 +12,7 @@ from ..cloud.cloud import Cloud
 from ..cloud.normals import NEIGHBOURS, local_planes
 from ..cloud.patches import GRAIN, PATCHES, Halved, strips_of
 from ..fields.fields import Explanations, Patched, explanations
-from ..geometry.vectors import Array
+from ..geometry.vectors import TINY, Array
 from ..noise.exact import exact_points
 from ..noise.outliers import NoiseModel
 from ..noise.rounding import ROUNDING_NOISE
@@ -128,6 +129,26 @@ class Evidence:
     def mean_inlier_distance(self) -> float:
         return float(np.abs(self.distance[self.inlier]).mean())
 
+    @cached_property
+    def bent(self) -> list[tuple[tuple[str, ...], int, Explanations]]:
+        """Kinds that have this one for a limit, by how many numbers they leave it, and what is left over then.
+
+        To first order, which tells near surfaces of them without a search.
+        """
+        points, patch, grain = _in_patches(self.cloud, self.inlier)
+        residual, jacobian, feet = _linear(self.primitive, points, None)
+        found = []
+        for kinds, columns in self.primitive.bends(feet):
+            both = np.hstack([jacobian, columns])
+            both /= np.sqrt(np.einsum("ij,ij->j", both, both)) + TINY
+            # Within patches only what the step leaves counts, so it is taken off before.
+            step = np.linalg.lstsq(both.T @ both, both.T @ residual, rcond=None)[0]
+            explained = _by_patches(self.cloud, patch, grain, residual - both @ step, both, feet)
+            if explained is not None:
+                found.append((kinds, columns.shape[1], explained))
+        return found
+
+    @cached_property
     def along_its_own(self) -> list[Explanations]:
         """The inliers' distances as functions of one coordinate of the surface: around it, along it.
 
@@ -170,12 +191,23 @@ def _second_surface(cloud: Cloud, absolute: Array, exact: np.ndarray, inlier: np
 
 def _explained(primitive: Primitive, trial: Trial, inlier: np.ndarray) -> Explanations | None:
     """Of the inliers in patches most of whose points are inliers."""
-    cloud = trial.cloud
-    points, patch, grain = cloud.working, cloud.patch, cloud.grain
-    if not inlier.all():
-        seen = _evidence.mostly(patch, inlier.view(np.uint8)).view(bool)
-        points, patch, grain = points[seen], patch[seen], grain[seen]
+    points, patch, grain = _in_patches(trial.cloud, inlier)
     residual, jacobian, feet = _linear(primitive, points, trial.limits)
+    return _by_patches(trial.cloud, patch, grain, residual, jacobian, feet)
+
+
+def _in_patches(cloud: Cloud, inlier: np.ndarray) -> tuple[Array, np.ndarray, np.ndarray]:
+    """Those points, (P, 3), with the numbers of their patches and grains."""
+    if inlier.all():
+        return cloud.working, cloud.patch, cloud.grain
+    seen = _evidence.mostly(cloud.patch, inlier.view(np.uint8)).view(bool)
+    return cloud.working[seen], cloud.patch[seen], cloud.grain[seen]
+
+
+def _by_patches(
+    cloud: Cloud, patch: np.ndarray, grain: np.ndarray, residual: Array, jacobian: Array, feet: Array
+) -> Explanations | None:
+    """None where there are no more patches than parameters."""
     patched = Patched.of(patch, grain, residual, jacobian, feet / cloud.extent)
     if len(patched.mean) <= jacobian.shape[1]:
         return None

@@ -296,12 +296,18 @@ def _foreign(best: Claim, claims: list[Claim], tolerance: float) -> tuple[float,
     if best.settled or best.evidence.exact.any():
         return -np.inf, ""
     other = max(claims, key=lambda each: each.foreign)
-    found = [(other.foreign, other.refusal or _off(other.evidence.explained, other.evidence, tolerance))]
-    for explained in best.evidence.along_its_own():
+    near = (other.foreign, other.refusal or _off(other.evidence.explained, other.evidence, tolerance))
+    return max([near, *_foreign_along(best, tolerance)])
+
+
+def _foreign_along(best: Claim, tolerance: float) -> list[tuple[float, str]]:
+    """The same by each of its coordinates alone."""
+    found = []
+    for explained in best.evidence.along_its_own:
         mask = bearable(explained, best.evidence, tolerance)
         odds = best.odds - best.prior + prior_of(0.0) + explained.among(~mask) - explained.among(mask)
         found.append((odds, _off(explained, best.evidence, tolerance)))
-    return max(found)
+    return found
 
 
 def _off(explained: Explanations | None, evidence: Evidence, tolerance: float) -> str:
@@ -343,13 +349,47 @@ def may_overtake(
         return known > -DECIDED
     cloud, explained = best.evidence.cloud, best.evidence.explained
     more = PRIMITIVES[kind].dof - best.dof
-    limit = max(best.evidence.noise_scale, FORM * cloud.extent, tolerance)
     if explained is not None and explained.unexplained is not None:
-        spread = PRIOR * cloud.extent * np.sqrt(np.count_nonzero(best.evidence.inlier))
-        cost = float(np.log(np.hypot(1.0, spread / explained.white[explained.likeliest])))
-        if max(explained.unexplained - more * cost, 0.0) + known <= -DECIDED:
+        if max(explained.unexplained - more * _cost(best), 0.0) + known <= -DECIDED:
             return False
-    return more >= 0 or apart(kind) <= 2.0 * limit
+    near = more < 0 or _has_all_near(best, tolerance)
+    if more > 0 and near and (gain := _gain(kind, best, tolerance)) is not None:
+        return gain + known > -2.0 * DECIDED
+    limit = max(best.evidence.noise_scale, FORM * cloud.extent, tolerance)
+    return not near or apart(kind) <= 2.0 * limit
+
+
+def _has_all_near(best: Claim, tolerance: float) -> bool:
+    """Whether whatever else the points may be of is near the best surface: hardly any are off it, nor far."""
+    evidence = best.evidence
+    if evidence.explained is None or evidence.trial.limits is not None or best.odds < best.foreign:
+        return False
+    few_rejected = evidence.inlier_share >= 1.0 - PART
+    near = evidence.noise_scale <= 0.5 * SCATTER * evidence.cloud.extent
+    return few_rejected and near and all(odds <= best.odds for odds, _ in _foreign_along(best, tolerance))
+
+
+def _cost(best: Claim) -> float:
+    """Of a parameter more: how much less likely it makes all values but the right one."""
+    evidence, explained = best.evidence, best.evidence.explained
+    assert explained is not None
+    spread = PRIOR * evidence.cloud.extent * np.sqrt(np.count_nonzero(evidence.inlier))
+    return float(np.log(np.hypot(1.0, spread / explained.white[explained.likeliest])))
+
+
+def _gain(kind: str, best: Claim, tolerance: float) -> float | None:
+    """By how much surfaces of a kind near the best one are likelier, to first order, before any ranking.
+
+    None where they do not have it for a limit. Columns that do not fit into as many parameters as the kind has
+    more cost nothing.
+    """
+    evidence = best.evidence
+    for kinds, count, explained in evidence.bent:
+        if kind in kinds:
+            spare = count - (PRIMITIVES[kind].dof - best.dof)
+            odds = explained.among(bearable(explained, evidence, tolerance)) + evidence.beside
+            return odds + spare * _cost(best) - (best.odds - best.prior)
+    return None
 
 
 def _agree(one: Claim, other: Claim, tolerance: float) -> bool:
