@@ -159,7 +159,7 @@ class Primitive(Protocol):
     def bends(self, feet: Array) -> list[tuple[tuple[str, ...], Array]]:
         """Kinds that have this one for a limit, and by what distances change, (P, k), where they leave it.
 
-        To first order, at feet (P, 3); in any unit each. A kind that bends this one has no other way to come near it.
+        To first order, at feet (P, 3); in any unit each.
         """
         return []
 

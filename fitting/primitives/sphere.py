@@ -99,8 +99,8 @@ class Sphere(Primitive):
         return rows(row[:3], -(distance + radius) * frame[0], offset=abs(radius))
 
     def bends(self, feet: Array) -> list[tuple[tuple[str, ...], Array]]:
-        """A torus of a small major radius leaves it by the sine of the angle from its axis, even and smooth: by
-        harmonics of second degree."""
+        """A torus of a small major radius leaves it by the sine of the angle from its axis, which is even:
+        about by harmonics of second degree."""
         x, y, z = (feet - self.center).T / self.radius
         return [(("torus",), np.stack([x * y, y * z, z * x, x * x - y * y, y * y - z * z], axis=1))]
 

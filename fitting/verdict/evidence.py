@@ -131,7 +131,7 @@ class Evidence:
 
     @cached_property
     def bent(self) -> list[tuple[tuple[str, ...], int, Explanations]]:
-        """Kinds that have this one for a limit, by how many numbers they leave it, and what is left over then.
+        """Kinds that have this one for a limit, in how many ways they leave it, and what is left over then.
 
         To first order, which tells near surfaces of them without a search.
         """

@@ -333,12 +333,14 @@ def _off(explained: Explanations | None, evidence: Evidence, tolerance: float) -
 def may_overtake(
     kind: str, probability: float, best: Claim, tolerance: float, apart: Callable[[str], float]
 ) -> bool:
-    """Whether an untried kind might be as likely as the best claim, if it left over nothing but white noise.
+    """Whether an untried kind might be as likely as the best claim.
 
-    Each parameter costs what it costs the best kind; a kind may always be as good as the best one, as the
-    points might lie on it exactly. What must be overtaken is another shape near the best kind where that is
-    likelier. A simpler kind must also come near the best surface, or its deviation would be that of another
-    shape: `apart` tells how far its nearest surface is from it.
+    It leaves over white noise at best, and each parameter costs what it costs the best kind; it may always be
+    as good as the best one, as the points might lie on it exactly. What must be overtaken is another shape
+    near the best kind where that is likelier. Where all that the points may be of is near the best surface,
+    kinds that have it for a limit are asked by what they would gain to first order, and twice the odds that
+    tell two kinds are left for what that neglects. Others must come near it, as simpler kinds must anyway, or
+    their deviation would be that of another shape: `apart` tells how far their nearest surface is from it.
     """
     if best.settled:
         return False
@@ -360,7 +362,11 @@ def may_overtake(
 
 
 def _has_all_near(best: Claim, tolerance: float) -> bool:
-    """Whether whatever else the points may be of is near the best surface: hardly any are off it, nor far."""
+    """Whether whatever else the points may be of is near the best surface.
+
+    So few are rejected that they may be another's, noise is well below that of a volume, and nothing says
+    that it is another shape.
+    """
     evidence = best.evidence
     if evidence.explained is None or evidence.trial.limits is not None or best.odds < best.foreign:
         return False
@@ -380,8 +386,7 @@ def _cost(best: Claim) -> float:
 def _gain(kind: str, best: Claim, tolerance: float) -> float | None:
     """By how much surfaces of a kind near the best one are likelier, to first order, before any ranking.
 
-    None where they do not have it for a limit. Columns that do not fit into as many parameters as the kind has
-    more cost nothing.
+    None where they do not have it for a limit. Ways to leave it beyond the kind's parameters cost nothing.
     """
     evidence = best.evidence
     for kinds, count, explained in evidence.bent:

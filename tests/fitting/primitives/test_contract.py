@@ -9,7 +9,10 @@ from primfit.fitting.guesses.oriented import Oriented
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import PRIMITIVES, parameters
 from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.primitives.cylinder import Cylinder
+from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.primitive import Primitive
+from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.solver.refine import linearize, refine, stepped
 from tests.fitting.clouds import EXAMPLES, noisy, rotation, sample
@@ -223,3 +226,48 @@ def test_a_cone_survives_steps_beyond_its_range(step: float) -> None:
     assert isinstance(cone, Cone)
     assert 0.0 < cone.half_angle < np.pi / 2
     assert np.isfinite(cone.signed_distance(around())).all()
+
+
+SLIGHT = 1e-4
+"""Curvature, taper or share by which a surface leaves its limit."""
+
+AXIS, ACROSS = np.eye(3)[2], np.eye(3)[0]
+
+LIMITS: dict[str, tuple[Primitive, Primitive]] = {
+    "sphere, plane": (Plane(AXIS, np.zeros(3)), Sphere(-AXIS / SLIGHT, 1.0 / SLIGHT)),
+    "cylinder, plane": (
+        Plane(AXIS, np.zeros(3)),
+        Cylinder(np.array([0.6, 0.8, 0.0]), -AXIS / SLIGHT, 1.0 / SLIGHT),
+    ),
+    "torus, plane": (
+        Plane(AXIS, np.zeros(3)),
+        Torus(-3.0 * AXIS / SLIGHT, ACROSS, 2.0 / SLIGHT, 1.0 / SLIGHT),
+    ),
+    "cone, cylinder": (Cylinder(AXIS, np.zeros(3), 1.0), Cone(-AXIS / SLIGHT, AXIS, np.arctan(SLIGHT))),
+    "torus, cylinder": (
+        Cylinder(AXIS, np.zeros(3), 1.0),
+        Torus(np.array([0.6, 0.8, 0.0]) / SLIGHT, np.array([-0.8, 0.6, 0.0]), 1.0 / SLIGHT, 1.0),
+    ),
+    "torus, sphere": (Sphere(np.zeros(3), 1.0), Torus(np.zeros(3), AXIS, SLIGHT, 1.0)),
+}
+
+
+@pytest.mark.parametrize("pair", LIMITS)
+def test_kinds_leave_their_limits_by_these_bends(pair: str) -> None:
+    """Hardly anything is left; a fifth beside a sphere, where harmonics of second degree stand for a sine."""
+    limit, surface = LIMITS[pair]
+    place = np.random.default_rng(3).uniform(-0.4, 0.4, (200, 2))
+    feet = limit.surface(place[:, 0], place[:, 1] + (1.0 if isinstance(limit, Sphere) else 0.0))
+    apart = surface.signed_distance(feet)
+    ways = next(columns for kinds, columns in limit.bends(feet) if surface.kind in kinds)
+    columns = np.hstack([linearize(limit, feet)[1], ways])
+    left = apart - columns @ np.linalg.lstsq(columns, apart, rcond=None)[0]
+    without = columns[:, : limit.dof]
+    before = apart - without @ np.linalg.lstsq(without, apart, rcond=None)[0]
+    assert np.abs(before).max() > 1e-3 * SLIGHT
+    assert np.abs(left).max() < (0.2 if isinstance(limit, Sphere) else 1e-3) * np.abs(before).max()
+
+
+def test_kinds_that_are_no_limits_have_no_bends() -> None:
+    bent = [kind for kind, each in EXAMPLES.items() if each.bends(sample(each, 20))]
+    assert bent == ["plane", "sphere", "cylinder"]

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pytest
 
+from primfit.benchmark.cases import CASE_SETS
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives.cone import Cone
@@ -274,3 +275,18 @@ def test_the_order_in_which_kinds_are_allowed_changes_nothing(make: Callable[[],
     assert (
         np.abs(one.primitive.signed_distance(points) - other.primitive.signed_distance(points)).max() < 1e-9
     )
+
+
+def test_kinds_that_hold_the_best_surface_are_not_searched_for_in_vain() -> None:
+    """Noise that neighbours share leaves more than white noise; a taper or a bend does not explain it."""
+    cases = [CASE_SETS["sensor"].draw(4711, index) for index in range(20)]
+    answers = [recognize(case.points, classifier=Sure(case.kind)) for case in cases]
+    assert np.mean([len(answer.attempts) for answer in answers]) < 2.0
+
+
+@pytest.mark.parametrize("index", [22, 50])
+def test_a_cone_on_a_short_arc_is_searched_for_beside_a_likelier_cylinder(index: int) -> None:
+    """A taper shows within the patches, which reach half across the arc."""
+    answer = recognize(CASE_SETS["arcs"].draw(4711, index).points, classifier=Sure("cylinder"))
+    assert answer.attempts[0].kind == "cylinder"
+    assert kinds(answer) == ["cone"]
