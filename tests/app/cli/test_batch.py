@@ -204,8 +204,13 @@ def _under_way(folder: Path, workers: int) -> "subprocess.Popen[str]":
     points /= np.linalg.norm(points, axis=1)[:, None]
     for index in range(3000):
         np.save(folder / "in" / f"{index:04}.npy", points)
+    # It listens to an interrupt also where a shell has its background jobs ignore it.
+    script = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "from primfit.app.cli.commands import main; main()"
+    )
     words = ["batch", str(folder / "in"), "--out", str(folder / "out"), "--workers", str(workers)]
-    process = subprocess.Popen([sys.executable, "-m", "primfit", *words], stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([sys.executable, "-c", script, *words], stderr=subprocess.PIPE, text=True)
     while not list((folder / "out").glob("*.json")):
         assert process.poll() is None
         time.sleep(0.01)
