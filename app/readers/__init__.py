@@ -51,6 +51,7 @@ _SIGNATURES = {
     b"ASTM-E57": read_e57,
     b"glTF": read_glb,
 }
+_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 _SHAPES = ((is_stl, read_stl), (is_obj, read_obj))
 _UNSUPPORTED = {
     b"\x1f\x8b": "compressed twice; one level is unpacked",
@@ -58,8 +59,6 @@ _UNSUPPORTED = {
     b"\x80\x03": "a Python pickle",
     b"\x80\x04": "a Python pickle",
     b"\x80\x05": "a Python pickle",
-    b"\xff\xfe": "text in UTF-16; save it as UTF-8",
-    b"\xfe\xff": "text in UTF-16; save it as UTF-8",
 }
 
 
@@ -82,6 +81,8 @@ def read_unpacked(data: memoryview, limits: Limits = UNLIMITED, labels: str | No
     for signature, reader in _SIGNATURES.items():
         if start.startswith(signature):
             return reader(data, limits, labels)
+    if start.startswith(_UTF_16):
+        return read_unpacked(_in_utf_8(data), limits, labels)
     for signature, name in _UNSUPPORTED.items():
         if start.startswith(signature):
             raise UnreadableFileError("file", f"the file is {name}; what is read: {NAMES}")
@@ -91,6 +92,14 @@ def read_unpacked(data: memoryview, limits: Limits = UNLIMITED, labels: str | No
         if is_one(data):
             return reader(data, limits, labels)
     return read_text(data, limits, labels)
+
+
+def _in_utf_8(data: memoryview) -> memoryview:
+    """Text in UTF-16, which begins with a byte order mark."""
+    try:
+        return memoryview(str(data, "utf-16").encode())
+    except UnicodeDecodeError:
+        raise UnreadableFileError("file", "the file begins as text in UTF-16, but is none") from None
 
 
 def read_file(path: str | Path, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:

@@ -214,10 +214,15 @@ def _locate(error: orjson.JSONDecodeError) -> UnreadableFileError:
 
 
 def _path(before: str) -> str:
-    """The path of the value that starts where `before`, a valid beginning of a document, ends."""
+    """The path of the value that starts where `before`, a valid beginning of a document, ends.
+
+    Where that is within a string, what the string holds may look like the end of all: there the path ends.
+    """
     stack: list[int | str] = []
     last = ""
     for token in _TOKEN.finditer(before):
+        if not stack and token[0] in ("]", "}", ",", ":"):
+            break
         match token[0]:
             case "[":
                 stack.append(0)

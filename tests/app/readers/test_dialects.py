@@ -88,3 +88,72 @@ def test_a_row_without_its_label_is_named() -> None:
     with pytest.raises(UnreadableFileError) as caught:
         read(b"1 2 3 wall\n4 5 6\n", labels="4")
     assert caught.value.field == "line 2"
+
+
+WRITTEN = {
+    "an index": "1,1.5,2,3\n2,4,5,6\n3,7,8,9\n",
+    "point numbers and words": "1000 1.5 2 3 STM\n1001 4 5 6 STM\n1002 7 8 9 WALL\n",
+    "a comment that names an index": "# id x y z\n# units: mm\n7 1.5 2 3\n3 4 5 6\n5 7 8 9\n",
+    "a comment in another order, of more words": "// Y X Z Scalar field\n2 1.5 3 0\n5 4 6 0\n8 7 9 0\n",
+    "a comment cut by commas": "# POINT_ID, X, Y, Z, R\n9 1.5 2 3 0\n3 4 5 6 0\n5 7 8 9 0\n",
+    "a comment that names the first columns": "# x y z\n1.5 2 3 70\n4 5 6 80\n7 8 9 90\n",
+    "numbered columns": "0,1,2\n1.5,2,3\n4,5,6\n7,8,9\n",
+    "decimal commas between semicolons": "X;Y;Z\n1,5;2;3,0\n4;5;6\n7;8;9\n",
+    "decimal commas between spaces": "1,5 2,0 3,0\n4,0 5,0 6,0\n7,0 8,0 9,0\n",
+    "decimal commas between tabs": "1,5\t2\t3\n4\t5\t6\n7\t8\t9\n",
+    "tabs and spaces": "1.5\t 2  3\n4\t 5  6\n7\t 8  9\n",
+    "units below the header": "x,y,z\n[mm],(mm),\u00b5m\n1.5,2,3\n4,5,6\n7,8,9\n",
+    "titles above the header": "Scan 12 of hall 3\nJuly\nx,y,z\n1.5,2,3\n4,5,6\n7,8,9\n",
+    "a title alone": "Hall 3\n1.5 2 3\n4 5 6\n7 8 9\n",
+    "what a spreadsheet says first": 'sep=;\n"X";"Y";"Z"\n1.5;2;3\n4;5;6\n7;8;9\n',
+    "the end of an old file": "1.5 2 3\n4 5 6\n7 8 9\n\x1a",
+}
+NINE = [[1.5, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("name", WRITTEN)
+def test_texts_are_read_as_programs_write_them(name: str, encoding: str) -> None:
+    np.testing.assert_array_equal(read(WRITTEN[name].encode(encoding)).points, NINE)
+
+
+def test_utf_16_is_read_in_either_order_of_bytes() -> None:
+    for codec, mark in (("utf-16-le", b"\xff\xfe"), ("utf-16-be", b"\xfe\xff")):
+        np.testing.assert_array_equal(read(mark + WRITTEN["an index"].encode(codec)).points, NINE)
+
+
+def test_the_receipt_tells_the_columns_behind_an_index_by_number() -> None:
+    assert read(WRITTEN["an index"].encode()).columns == ("2", "3", "4")
+    assert read(WRITTEN["an index"].encode(), labels="1").labels.tolist() == [1, 2, 3]  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["1 2 3 0\n3 4 5 0\n4 5 6 0\n", "1 2 3\n2 3 4\n3 4 5\n", "1 2 3 4\n2 3 4 5\n"],
+    ids=["a gap", "no column to spare", "two rows"],
+)
+def test_what_does_not_count_up_is_no_index(text: str) -> None:
+    assert read(text.encode()).columns == ("x", "y", "z")
+
+
+def test_words_in_a_comment_are_no_names_of_columns() -> None:
+    """ "in" would stand for x."""
+    text = b"# units: x y z in mm\n1.5 2 3 70\n4 5 6 80\n7 8 9 90\n"
+    np.testing.assert_array_equal(read(text).points, NINE)
+
+
+def test_a_row_of_words_below_the_header_is_no_row_of_units() -> None:
+    with pytest.raises(UnreadableFileError) as caught:
+        read(b"x,y,z\nwest,north,up\n1,2,3\n")
+    assert caught.value.field == "line 2, column 1"
+
+
+def test_whole_numbers_whose_second_ones_have_signs_are_columns() -> None:
+    text = b"1,-5,2,5,3,5\n1,6,2,-6,3,6\n"
+    np.testing.assert_array_equal(read(text).points, [[1, -5, 2], [1, 6, 2]])
+
+
+def test_labels_with_decimal_commas_stay_as_they_are() -> None:
+    cloud = read(b"x;y;z;part\n1,5;2;3;a,b\n4;5;6;7,5\n", labels="part")
+    assert cloud.labels is not None and cloud.labels.tolist() == ["a,b", "7,5"]
+    np.testing.assert_array_equal(cloud.points, NINE[:2])

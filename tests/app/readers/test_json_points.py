@@ -118,3 +118,9 @@ def test_one_point_over_the_limit_is_refused() -> None:
     assert len(read_json(memoryview(body), Limits(json_points=3)).points) == 3
     with pytest.raises(TooLargeError, match="3 points; the limit is 2"):
         read_json(memoryview(body), Limits(json_points=2))
+
+
+@pytest.mark.parametrize("text", [b'{"a]:\x00": 1}', b'{"points": [[1, 2, 3]], "o]]],:\x01'])
+def test_a_string_that_breaks_off_is_refused_whatever_it_holds(text: bytes) -> None:
+    with pytest.raises(UnreadableFileError, match="not valid JSON at character"):
+        read_json(memoryview(text))
