@@ -18,7 +18,7 @@ from .npy import read_npy
 from .npz import read_npz
 from .obj import is_obj, read_obj
 from .packed import CODINGS, coding_of, unpack
-from .pcd import read_pcd
+from .pcd import is_pcd, read_pcd
 from .ply import read_ply
 from .stl import is_stl, read_stl
 from .text import read_text
@@ -46,13 +46,12 @@ _SIGNATURES = {
     b"ply\n": read_ply,
     b"ply\r": read_ply,
     b"# .PCD": read_pcd,
-    b"VERSION ": read_pcd,
     b"LASF": read_las,
     b"ASTM-E57": read_e57,
     b"glTF": read_glb,
 }
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
-_SHAPES = ((is_stl, read_stl), (is_obj, read_obj))
+_SHAPES = ((is_stl, read_stl), (is_pcd, read_pcd), (is_obj, read_obj))
 _UNSUPPORTED = {
     b"\x1f\x8b": "compressed twice; one level is unpacked",
     b"\x28\xb5\x2f\xfd": "compressed twice; one level is unpacked",

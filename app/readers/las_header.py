@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from .errors import UnreadableFileError
 from .rows import check_bytes
 
-_RECORDS_LIMIT = 64 * 1024
+_RECORDS_LIMIT = 16 * 1024 * 1024
 _PUBLIC = struct.Struct("<6xH16x2B68xHLLBHL20x3d3d48x")
 _WAVEFORMS = struct.Struct("<Q")
 _LARGE = struct.Struct("<QLQ")
@@ -90,7 +90,7 @@ def _end_before(end: int, start: int, next_start: int) -> int:
 def _records(data: memoryview, count: int) -> dict[tuple[bytes, int], memoryview]:
     """The variable length records by user and id."""
     if len(data) > _RECORDS_LIMIT:
-        raise UnreadableFileError("header", "the variable length records of the LAS file are over 64 KiB")
+        raise UnreadableFileError("header", "the variable length records of the LAS file are over 16 MiB")
     check_bytes(count * _RECORD.size, len(data), count)
     records = {}
     place = 0

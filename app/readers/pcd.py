@@ -52,6 +52,15 @@ class _Header:
         return sum(field.itemsize for field in self.fields)
 
 
+def is_pcd(data: memoryview) -> bool:
+    """Whether the first line that is no comment begins a PCD header: its first entry, or the one after it."""
+    for line, _ in _lines(bytes(data[:_HEADER_LIMIT])):
+        words = line.partition("#")[0].split()
+        if words:
+            return words[0] in _ENTRIES[:2] and len(words) > 1
+    return False
+
+
 def read_pcd(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
     """Read a PCD file without the points whose coordinates are all NaN."""
     header = _header(data)

@@ -307,8 +307,8 @@ def las_cases() -> Cases:
         yield f"{kind} with coordinates beyond all numbers", patch(data, 131, "<d", 1e308)
         yield f"{kind} with extended records in its header", patch(data, 235, "<QL", 3, 1)
         yield f"{kind} with extended records behind its end", patch(data, 235, "<QL", 2**63, 2**32 - 1)
-        records = patch(data[:375] + bytes(2**17) + data[375:], 96, "<L", start + 2**17)
-        yield f"{kind} with 128 KiB of records", records
+        records = patch(data[:375] + bytes(2**25) + data[375:], 96, "<L", start + 2**25)
+        yield f"{kind} with 32 MiB of records", records
         places = {
             "in the signature": 6,
             "in the header": 100,
