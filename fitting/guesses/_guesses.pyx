@@ -81,6 +81,15 @@ cdef void place(const double *u, const double *v, double x, double y, double *po
         point[j] = x * u[j] + y * v[j]
 
 
+cdef void look_along(
+    const double *x, Py_ssize_t n, const double *axis, double *u, double *v, double *across
+) noexcept nogil:
+    """The basis u, v of an axis, and the coordinates of points (3, n) in it, (2, n)."""
+    basis(axis, u, v)
+    seen_along(x, n, u, across)
+    seen_along(x, n, v, across + n)
+
+
 def spheres(const double[:, :, ::1] groups, int rounds):
     """The algebraic sphere  |x|^2 = 2 c.x + b  of each of K groups of points (K, N, 3), as rows (K, 9)."""
     cdef Py_ssize_t k, i, n = groups.shape[1]
@@ -119,9 +128,7 @@ def cylinders(const double[:, ::1] axes, const double[:, ::1] points, int rounds
     with nogil:
         lay(&points[0, 0], n, x)
         for k in range(axes.shape[0]):
-            basis(&axes[k, 0], u, v)
-            seen_along(x, n, u, columns)
-            seen_along(x, n, v, columns + n)
+            look_along(x, n, &axes[k, 0], u, v, columns)
             radius = circle_through(columns, n, rounds, columns + 4 * n, center)
             place(u, v, center[0], center[1], foot)
             write(&view[k, 0], &axes[k, 0], foot, 0.0, 0.0, radius)
@@ -149,9 +156,7 @@ def cones(const double[:, ::1] axes, const double[:, ::1] points, int rounds):
     with nogil:
         lay(&points[0, 0], n, x)
         for k in range(axes.shape[0]):
-            basis(&axes[k, 0], u, v)
-            seen_along(x, n, u, columns)
-            seen_along(x, n, v, columns + n)
+            look_along(x, n, &axes[k, 0], u, v, columns)
             seen_along(x, n, &axes[k, 0], height)
             for i in range(n):
                 columns[2 * n + i], columns[4 * n + i] = height[i] * height[i], 1.0
@@ -209,9 +214,7 @@ def tori(
         lay(&points[0, 0], n, x)
         lay(&normals[0, 0], n, normal)
         for k in range(count):
-            basis(&axes[k, 0], u, v)
-            seen_along(x, n, u, seen)
-            seen_along(x, n, v, seen + n)
+            look_along(x, n, &axes[k, 0], u, v, seen)
             seen_along(normal, n, v, columns)
             seen_along(normal, n, u, columns + n)
             for i in range(n):
@@ -248,11 +251,9 @@ cdef void bend(
     cdef double *columns = height + n
     cdef double *target = columns + 7 * n
     cdef int j
-    basis(cylinder, u, v)
+    look_along(x, n, cylinder, u, v, columns + 2 * n)
     from_u, from_v = dot(cylinder + 3, u), dot(cylinder + 3, v)
     seen_along(x, n, cylinder, height)
-    seen_along(x, n, u, columns + 2 * n)
-    seen_along(x, n, v, columns + 3 * n)
     for i in range(n):
         middle += height[i] / n
     for i in range(n):

@@ -25,8 +25,7 @@ UNEXPLAINED, OUTLYING, SCATTERED = 1.0, 0.02, 0.03
 """The flattest part of the cloud is searched, too, where what is left over is so many times its noise, and
 what a search that outliers have misled leaves: so large a share of them, or so much noise over the extent.
 Neighbours scatter no less about their plane than about the right surface, as curvature adds to it. Noise that
-they share is left over as well, but without outliers. Of 190 tori of 100 points, a tenth of them anywhere, 6
-are missed; 29 with a share of 0.05 and 42 with 1.5 times the noise."""
+they share is left over as well, but without outliers."""
 
 LEAST_TURN = 1e-3
 """A curved surface whose normals turn by less [rad] between points of one plane is that plane."""
