@@ -21,6 +21,14 @@ AnswerPart = Literal["extents", "uncertainty"]
 ANSWER_PARTS: tuple[AnswerPart, ...] = get_args(AnswerPart)
 """The parts of an answer that take time of their own and may be left out."""
 
+Missing = Literal["drop", "error"]
+MISSING: tuple[Missing, ...] = get_args(Missing)
+"""What becomes of points that are missing."""
+
+Unit = Literal["um", "mm", "cm", "m", "km", "inch", "ft", "us-ft"]
+UNITS: tuple[Unit, ...] = get_args(Unit)
+"""Units of length: micrometers to kilometers, and international and US survey feet."""
+
 CRITERION: Criterion = "robust"
 SEED = 0
 """The defaults of `criterion` and `seed`; all kinds are allowed, all parts answered, and other options not

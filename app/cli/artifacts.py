@@ -8,9 +8,9 @@ from typing import Self
 import typer
 
 from primfit.fitting.errors import InvalidOptionError
-from primfit.fitting.names import ANSWER_PARTS
+from primfit.fitting.names import ANSWER_PARTS, KindName
 
-from ..exports import FORMATS, ExportOptions, Fitted, NothingToExportError, check_parts
+from ..exports import ExportOptions, Fitted, NothingToExportError, Outcome, check_parts, outcomes
 from .identity import identity
 from .status import BAD_INPUT, complain, worst
 
@@ -28,8 +28,8 @@ class Artifacts:
         files: dict[str, Path | None],
         inputs: list[str],
         labels: str | None,
-        unit: str,
         chord_error: float,
+        export_kind: KindName | None,
         include: Sequence[str] | None,
     ) -> Self | None:
         """What was asked for, if anything; refuses what cannot be exported before anything is fitted."""
@@ -41,24 +41,34 @@ class Artifacts:
             raise _refused("fit", f"exports are written of one FILE, not of {several}")
         _check_overwriting(given, inputs[0])
         try:
+            options = ExportOptions(None, chord_error, export_kind)
             check_parts(given, ANSWER_PARTS if include is None else include)
-            return cls(given, ExportOptions(unit, chord_error))  # type: ignore[arg-type]
+            return cls(given, options)
         except InvalidOptionError as error:
             raise _refused(f"--{error.field.replace('_', '-')}", str(error)) from None
 
     def write(self, fitted: Fitted) -> int:
         """Write all of them; the exit status."""
-        return worst([self._write(fitted, format, file) for format, file in self.files.items()])
-
-    def _write(self, fitted: Fitted, format: str, file: Path) -> int:
         try:
-            file.write_bytes(FORMATS[format].write(fitted, self.options))
+            found = outcomes(fitted, self.files, self.options)
         except (NothingToExportError, InvalidOptionError) as error:
-            complain(str(file), f"not written: {error}")
+            return worst([self._refuse(file, str(error)) for file in self.files.values()])
+        return worst([self._write(self.files[format], each) for format, each in found.items()])
+
+    def _write(self, file: Path, outcome: Outcome) -> int:
+        if outcome.content is None:
+            return self._refuse(file, outcome.problem)
+        if outcome.warning:
+            complain(str(file), outcome.warning)
+        try:
+            file.write_bytes(outcome.content)
         except OSError as error:
             complain(str(file), f"cannot be written: {error.strerror or error}")
-        else:
-            return 0
+            return BAD_INPUT
+        return 0
+
+    def _refuse(self, file: Path, why: str) -> int:
+        complain(str(file), f"not written: {why}")
         return BAD_INPUT
 
 

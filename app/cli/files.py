@@ -13,9 +13,11 @@ from primfit.fitting.names import ANSWER_PARTS
 
 from ..engine.answer import answered
 from ..engine.cut import Label, Piece, cut_cloud, pieces
+from ..engine.fit import prepared
 from ..engine.names import plain
 from ..engine.team import Outcome, Ready, Team, chunks
-from ..readers import Cloud, UnreadableFileError, read
+from ..readers import Cloud, Pick, UnreadableFileError, read
+from ..readers.columns import as_columns
 
 if TYPE_CHECKING:
     from ..exports import Fitted
@@ -55,11 +57,13 @@ def fit_file(
 
     It is not fitted where the options leave out what one of the `formats` of exports needs.
     """
-    from ..exports import Fitted, check_parts
+    from ..exports import Fitted, check_parts, check_unit
 
     try:
         cloud, used = _read(name, options, None)
+        cloud = prepared(cloud, used)
         check_parts(formats, used.get("include", ANSWER_PARTS))
+        check_unit(formats, cloud.unit)
         recognition, content = answered(cloud, used)
         return Fitted(recognition, cloud, used), content
     except Exception as error:
@@ -69,7 +73,7 @@ def fit_file(
 def _read(name: str, options: Mapping[str, Any], labels: str | None) -> tuple[Cloud, dict[str, Any]]:
     """The cloud in a file, and the options that hold for it."""
     data = sys.stdin.buffer.read() if name == STDIN else Path(name).read_bytes()
-    cloud = read(data, labels=labels)
+    cloud = read(data, pick=Pick(labels, as_columns(options.get("columns"))))
     return cloud, _with_options_of(cloud, options)
 
 

@@ -75,6 +75,41 @@ Labels = Annotated[
         "of a usual name.",
     ),
 ]
+Nominal = Annotated[
+    str | None,
+    typer.Option(
+        metavar="JSON",
+        help='What the primitive should be, as {"kind": "cylinder", "radius": {"value": 25, '
+        '"tolerance": 0.05}}; the answer says how far it deviates.',
+    ),
+]
+FormTolerance = Annotated[
+    float | None,
+    typer.Option(help="Largest form error of the inliers allowed, in the unit of the cloud; for a verdict."),
+]
+Columns = Annotated[
+    str | None,
+    typer.Option(
+        metavar="X,Y,Z",
+        help="Which columns of a file are x, y and z, and perhaps nx, ny, nz: names, or numbers from 1. By "
+        "default they are found by their names, or are the first three.",
+    ),
+]
+Missing = Annotated[
+    names.Missing | None,
+    typer.Option(
+        help="Points that are NaN or infinite, or exact zeros like several others, are dropped and counted; "
+        "'error' refuses the former and keeps the latter.",
+        show_default="drop",
+    ),
+]
+Unit = Annotated[
+    names.Unit | None,
+    typer.Option(
+        help="Of the coordinates, for the words of the answer and for exports; nothing is converted. By "
+        "default that of the file, if its header or format tells it.",
+    ),
+]
 Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", show_default=str(names.SEED))]
 
 
@@ -88,13 +123,19 @@ def checked(
     constraint: list[str] | None,
     initial_guess: str | None,
     include: list[Part] | None,
+    nominal: str | None,
+    form_tolerance: float | None,
+    columns: str | None,
+    missing: str | None,
+    unit: str | None,
 ) -> dict[str, Any]:
     """The options that were given, as the engine takes them, checked before the first file is read."""
     from ..engine.fit import config_of
     from .constraint_flags import parse_constraints
 
     given: dict[str, Any] = {"classifier": classifier, "criterion": criterion, "max_error": max_error}
-    given |= {"tolerance": tolerance, "seed": seed}
+    given |= {"tolerance": tolerance, "seed": seed, "columns": columns, "missing": missing, "unit": unit}
+    given["form_tolerance"] = form_tolerance
     options = {name: value for name, value in given.items() if value is not None}
     if kind:
         options["kinds"] = list(map(str, kind))
@@ -103,6 +144,8 @@ def checked(
             options["constraints"] = parse_constraints(constraint)
         if initial_guess is not None:
             options["initial_guess"] = _json(initial_guess)
+        if nominal is not None:
+            options["nominal"] = _json(nominal)
         if include:
             options["include"] = _parts(list(map(str, include)))
         config_of(**options)

@@ -17,7 +17,8 @@ from primfit.models import load_classifier
 from primfit.models.names import CLASSIFIER
 
 from ..readers.cloud import Array, Cloud
-from .fit import config_of, fit_cloud
+from ..readers.missing import DROPPED
+from .fit import config_of, fit_cloud, prepared
 
 
 def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -26,7 +27,7 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
     Parameters
     ----------
     recognition : what `engine.fit` returned
-    cloud : what was read, for the receipt
+    cloud : what was fitted, for the receipt
     options : the keyword options given to `engine.fit`; those left out stand at their defaults
     """
     return {**recognition.to_dict(), "receipt": receipt(cloud, options)}
@@ -34,6 +35,7 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
 
 def answered(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any]]:
     """Fit a cloud as it was read, with checked options: what was recognised, and the answer."""
+    cloud = prepared(cloud, options)
     recognition = fit_cloud(cloud, options)
     return recognition, answer(recognition, cloud, options)
 
@@ -54,14 +56,17 @@ def receipt(cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
         "n_points": len(cloud.points),
         "format": cloud.format,
         "columns": list(cloud.columns),
+        "dropped": {name: cloud.dropped.get(name, 0) for name in DROPPED},
+        "unit": cloud.unit,
+        "unit_from": cloud.unit_from,
         "options": _used(config, classifier, options.get("constraints") is not None),
         "versions": versions(classifier),
     }
 
 
 def _used(config: Config, classifier: str, constrained: bool) -> dict[str, Any]:
-    """The options as used; `include` where a part is left out."""
-    used = {
+    """The options as used; `include` where a part is left out, and what is asked of the part where it is."""
+    used: dict[str, Any] = {
         "kinds": list(config.kinds),
         "classifier": classifier,
         "criterion": config.criterion,
@@ -71,7 +76,13 @@ def _used(config: Config, classifier: str, constrained: bool) -> dict[str, Any]:
         "constraints": config.constraints.plain() if constrained else None,
         "initial_guess": config.initial_guess and parameters(config.initial_guess),
     }
-    return used if config.include == ANSWER_PARTS else used | {"include": list(config.include)}
+    if config.include != ANSWER_PARTS:
+        used["include"] = list(config.include)
+    if config.nominal is not None:
+        used["nominal"] = config.nominal.plain()
+    if config.form_tolerance is not None:
+        used["form_tolerance"] = config.form_tolerance
+    return used
 
 
 def _sha256(numbers: Array) -> str:

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from primfit.fitting.errors import InvalidPointCloudError
 
-from ..readers.cloud import Array, find_columns, unit_normals
+from ..readers.cloud import Array, unit_normals
+from ..readers.columns import find_columns
 from ..readers.errors import UnreadableFileError
 
 WANTED = "give an array (N, 3), a table with columns x, y, z, or an object that holds points or vertices"

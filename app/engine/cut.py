@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 
 from primfit.fitting.errors import InvalidPointCloudError
 
-from ..readers.cloud import Cloud
-
-PER_POINT = ("points", "normals", "weights", "standard_deviations")
+from ..readers.cloud import Cloud, per_point, selected
 
 Label = int | str
 Rows = NDArray[np.intp]
@@ -40,7 +38,7 @@ class Cut:
         """Each label with its rows, and the cloud of these."""
         for label, (start, stop) in zip(self.labels, pairwise(self.bounds), strict=True):
             rows = self.rows[start:stop]
-            yield label, rows, part(self.cloud, rows)
+            yield label, rows, selected(self.cloud, rows)
 
 
 @dataclass(frozen=True)
@@ -80,7 +78,7 @@ def store(cut: Cut, path: Path, file: BinaryIO) -> Stored:
         for start, stop in pairwise(cut.bounds):
             file.write(np.ascontiguousarray(values[cut.rows[start:stop]], np.float64).data)
     shapes = {name: values.shape[1:] for name, values in arrays.items()}
-    return Stored(path, len(cut.rows), shapes, part(cut.cloud, cut.rows[:0]))
+    return Stored(path, len(cut.rows), shapes, selected(cut.cloud, cut.rows[:0]))
 
 
 def pieces(cut: Cut, scratch: Path | None = None) -> list[Piece]:
@@ -89,7 +87,7 @@ def pieces(cut: Cut, scratch: Path | None = None) -> list[Piece]:
     With a `scratch` file the points are written to it, once, and any process may ask for its segment.
     """
     if scratch is None:
-        return [partial(part, cut.cloud, cut.rows[start:stop]) for start, stop in pairwise(cut.bounds)]
+        return [partial(selected, cut.cloud, cut.rows[start:stop]) for start, stop in pairwise(cut.bounds)]
     with scratch.open("wb") as file:
         stored = store(cut, scratch, file)
     return [partial(stored.segment, start, stop) for start, stop in pairwise(cut.bounds)]
@@ -160,15 +158,3 @@ def _starts(ascending: NDArray[Any]) -> Rows:
     new = np.ones(len(ascending), bool)
     np.not_equal(ascending[1:], ascending[:-1], out=new[1:])
     return np.flatnonzero(new)
-
-
-def per_point(cloud: Cloud) -> dict[str, NDArray[np.float64]]:
-    """What a cloud holds for each of its points, but for the labels, by name."""
-    given = {name: getattr(cloud, name) for name in PER_POINT}
-    return {name: values for name, values in given.items() if values is not None}
-
-
-def part(cloud: Cloud, rows: Rows) -> Cloud:
-    """The cloud of some of the points, without labels: what a file of these rows alone is read as."""
-    chosen: dict[str, Any] = {name: values[rows] for name, values in per_point(cloud).items()}
-    return replace(cloud, **chosen, labels=None, label_column=None)

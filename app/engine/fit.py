@@ -1,25 +1,48 @@
 """The one object that REST, command line and Python call: points in, `Recognition` out."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from inspect import signature
+from os import PathLike
 from typing import Any, cast
 
 from numpy.typing import ArrayLike
 
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
-from primfit.fitting.names import ANSWER_PARTS, CRITERION, KINDS, SEED, AnswerPart, Criterion, KindName
+from primfit.fitting.names import (
+    ANSWER_PARTS,
+    CRITERION,
+    KINDS,
+    MISSING,
+    SEED,
+    UNITS,
+    AnswerPart,
+    Criterion,
+    KindName,
+    Missing,
+    Unit,
+)
+from primfit.fitting.plain import worded
+from primfit.fitting.primitives import parameters_of
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.request.constraints import UNCONSTRAINED, Constraints
 from primfit.fitting.request.guess import guess_of
+from primfit.fitting.request.nominal import Nominal
 from primfit.models import load_classifier
 from primfit.models.names import CLASSIFIER, CLASSIFIERS, ClassifierName
 
-from ..readers.cloud import Cloud
+from ..readers import Cloud, Pick, read_file, without_missing
+from ..readers.columns import as_columns
+from ..readers.missing import warnings_of
 from .arrays import as_cloud, as_floats
 
-__all__ = ["InvalidOptionError", "InvalidPointCloudError", "Recognition", "fit", "fit_cloud"]
+SMALLEST_SIZE, LARGEST_SIZE = 1e-5, 1e6
+"""Radii beyond these are doubtful in any unit: whoever measures micrometers does not write meters."""
+
+__all__ = ["InvalidOptionError", "InvalidPointCloudError", "Recognition", "fit", "fit_cloud", "prepared"]
 
 
 def fit(
@@ -37,13 +60,18 @@ def fit(
     constraints: Mapping[str, Any] | None = None,
     initial_guess: Primitive | Mapping[str, Any] | None = None,
     include: Sequence[AnswerPart] | None = None,
+    nominal: Mapping[str, Any] | None = None,
+    form_tolerance: float | None = None,
+    columns: str | Sequence[str | int] | None = None,
+    missing: Missing = "drop",
+    unit: Unit | None = None,
 ) -> Recognition:
     """Say which primitive a cloud is, with its parameters and the trail of attempts.
 
     Parameters
     ----------
-    points : (N, 3), any unit of length: an array, a tensor, a table with columns x, y, z, or a cloud of
-        Open3D or trimesh; see `app.engine.arrays.as_cloud`
+    points : (N, 3), any unit of length: the path of a file, an array, a tensor, a table with columns x, y,
+        z, or a cloud of Open3D or trimesh; see `app.engine.arrays.as_cloud`
     kinds : kinds that may be answered; None allows all
     classifier : who ranks the kinds: `network`, `knn`, or `none` to try all of them and select
     criterion : what the parameters minimise: `robust`, `least_squares`, `huber`, `tukey`, `minimum_zone`,
@@ -63,27 +91,68 @@ def fit(
     initial_guess : a primitive, or its parameters with `kind`, that joins the starts of its kind
     include : which of the parts `extents` and `uncertainty` are wanted; the others are not computed and stand
         at None. None asks for both
+    nominal : what the primitive should be: its `kind`, and any of its parameters, each a value or
+        `{"value": 25, "tolerance": 0.05}`; `Recognition.conformance` says how far it deviates
+    form_tolerance : largest form error of the inliers allowed [length]; the verdict stands there, too
+    columns : of x, y and z in a file, and perhaps of nx, ny and nz: names, or numbers from 1; None finds them
+    missing : points that are NaN or infinite, or exact zeros like several others, are dropped (`drop`), with
+        a warning; `error` refuses the former and keeps the latter
+    unit : of the points, for the words of the answer: `um`, `mm`, `cm`, `m`, `km`, `inch`, `ft` or `us-ft`;
+        None takes that of the file, if it has one. Nothing is converted
 
     Raises
     ------
     InvalidPointCloudError
-        The points are not finite (N, 3), or too few, identical or collinear; or weights are not (N,), out of
-        range, or beside a criterion of extreme points, which takes none.
+        The points are not (N, 3), or too few, identical or collinear; or weights are not (N,), out of range,
+        or beside a criterion of extreme points, which takes none.
     InvalidOptionError
         An option is unknown or out of range.
+    UnreadableFileError
+        The file holds no cloud.
+    OSError
+        The file cannot be opened.
     """
-    config = config_of(
-        kinds, classifier, criterion, max_error, tolerance, seed, constraints, initial_guess, include
-    )
-    coordinates, held = as_cloud(points)
-    return recognize(
-        coordinates,
-        config,
-        load_classifier(classifier),
-        held if normals is None else as_floats(normals, "normals"),
-        None if weights is None else as_floats(weights, "weights"),
-        None if standard_deviations is None else as_floats(standard_deviations, "standard_deviations"),
-    )
+    options: dict[str, Any] = {
+        "kinds": kinds,
+        "classifier": classifier,
+        "criterion": criterion,
+        "max_error": max_error,
+        "tolerance": tolerance,
+        "seed": seed,
+        "constraints": constraints,
+        "initial_guess": initial_guess,
+        "include": include,
+        "nominal": nominal,
+        "form_tolerance": form_tolerance,
+        "columns": columns,
+        "missing": missing,
+        "unit": unit,
+    }
+    config_of(**options)
+    given = {"normals": normals, "weights": weights, "standard_deviations": standard_deviations}
+    beside: dict[str, Any] = {name: as_floats(each, name) for name, each in given.items() if each is not None}
+    cloud = replace(cloud_of(points, columns), **beside)
+    return fit_cloud(cloud, _with_options_of(cloud, options))
+
+
+def cloud_of(points: Any, columns: str | Sequence[str | int] | None = None) -> Cloud:
+    """The cloud in a file, or in what `as_cloud` takes."""
+    if isinstance(points, str | PathLike):
+        return read_file(points, pick=Pick(columns=as_columns(columns)))
+    coordinates, normals = as_cloud(points)
+    return Cloud(coordinates, ("x", "y", "z"), normals, "array")
+
+
+def _with_options_of(cloud: Cloud, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The options given, and those in the file: JSON may hold some."""
+    defaults = {name: each.default for name, each in signature(config_of).parameters.items()}
+    for name in cloud.options:
+        if name not in defaults:
+            raise InvalidOptionError(
+                f"the file holds an unknown option; allowed are {', '.join(defaults)}", "options"
+            )
+    held = {name: value for name, value in cloud.options.items() if given[name] == defaults[name]}
+    return {**given, **held}
 
 
 def config_of(
@@ -96,8 +165,18 @@ def config_of(
     constraints: Mapping[str, Any] | None = None,
     initial_guess: Primitive | Mapping[str, Any] | None = None,
     include: Sequence[AnswerPart] | None = None,
+    nominal: Mapping[str, Any] | None = None,
+    form_tolerance: float | None = None,
+    columns: str | Sequence[str | int] | None = None,
+    missing: str = "drop",
+    unit: str | None = None,
 ) -> Config:
     """The options of `fit`, checked before there is a cloud; raises `InvalidOptionError`."""
+    as_columns(columns)
+    for name, value, allowed in (("missing", missing, MISSING), ("unit", unit, (None, *UNITS))):
+        if value not in allowed:
+            known = ", ".join(filter(None, allowed))
+            raise InvalidOptionError(f"{name} is {value!r:.40}; allowed are {known}", name)
     if classifier not in CLASSIFIERS:
         raise InvalidOptionError(f"classifier must be one of {', '.join(CLASSIFIERS)}", "classifier")
     return Config(
@@ -109,15 +188,53 @@ def config_of(
         constraints=UNCONSTRAINED if constraints is None else Constraints.of(constraints),
         initial_guess=guess_of(initial_guess) if isinstance(initial_guess, Mapping) else initial_guess,
         include=ANSWER_PARTS if include is None else cast(tuple[str, ...], include),
+        nominal=None if nominal is None else Nominal.of(nominal),
+        form_tolerance=form_tolerance,
+        unit=cast(Unit | None, unit),
     )
 
 
 def fit_cloud(cloud: Cloud, options: Mapping[str, Any]) -> Recognition:
     """`fit` of a cloud as it was read, with checked options."""
-    return fit(
+    cloud = prepared(cloud, options)
+    found = recognize(
         cloud.points,
-        normals=cloud.normals,
-        weights=cloud.weights,
-        standard_deviations=cloud.standard_deviations,
-        **options,
+        config_of(**{**options, "unit": cloud.unit}),
+        load_classifier(options.get("classifier", CLASSIFIER)),
+        cloud.normals,
+        cloud.weights,
+        cloud.standard_deviations,
     )
+    return replace(found, warnings=(*warnings_of(cloud), *_of_sizes(found)))
+
+
+def _of_sizes(found: Recognition) -> list[str]:
+    """A warning for each radius that nobody measures in the unit that is known: mostly it is another one."""
+    if found.unit is None or found.primitive is None:
+        return []
+    names = [name for name in parameters_of(found.primitive.kind) if name.endswith("radius")]
+    radii = [(name, float(getattr(found.primitive, name))) for name in names]
+    return [
+        f"The {worded(name)} is {value:.3g} {found.unit}: check the unit."
+        for name, value in radii
+        if not SMALLEST_SIZE < value < LARGEST_SIZE
+    ]
+
+
+def prepared(cloud: Cloud, options: Mapping[str, Any]) -> Cloud:
+    """The cloud as it is fitted: without points that are missing, and in the unit that was told.
+
+    A cloud that was prepared stays as it is. Raises `InvalidPointsError` where points are missing and the
+    options say that this is an error, or all are.
+    """
+    cloud = without_missing(cloud, options.get("missing", "drop"))
+    unit = options.get("unit")
+    if unit is None or cloud.unit_from == "option":
+        return cloud
+    warnings = cloud.warnings
+    if cloud.unit not in (None, unit):
+        warnings = (
+            *warnings,
+            f"The file is in {cloud.unit} by its {cloud.unit_from}, but {unit} was asked for.",
+        )
+    return replace(cloud, unit=unit, unit_from="option", warnings=warnings)

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
-from ..readers.cloud import Cloud
+from ..readers.cloud import PER_POINT, Cloud
 from .answer import to_json
 from .arrays import as_array, as_cloud, as_floats
-from .cut import PER_POINT, Label, Piece, Rows, cut, pieces
+from .cut import Label, Piece, Rows, cut, pieces
 from .fit import config_of, fit_cloud
 from .team import Team, chunks
 

@@ -1,18 +1,29 @@
 """The recognised primitive, its residuals and the report as files: one file a format."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import Any, overload
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
+import orjson
+
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError
+from primfit.fitting.names import KindName, Unit
 
-from .fitted import Fitted, NothingToExportError, check_extents, fitted_points, form_errors, residuals
+from .fitted import (
+    Fitted,
+    NothingToExportError,
+    check_extents,
+    fitted_points,
+    form_errors,
+    of_kind,
+    residuals,
+)
 from .form import form_json
-from .mesh import mesh_writer
-from .options import ExportOptions
+from .mesh import mesh_writer, stl_warning
+from .options import ExportOptions, known_unit
 from .report import html_report
 from .residual_files import residuals_csv, residuals_las, residuals_npy, residuals_ply
 from .step import step
@@ -27,8 +38,10 @@ __all__ = [
     "Wanted",
     "bundle",
     "check_parts",
+    "check_unit",
     "export",
     "form_errors",
+    "outcomes",
     "residuals",
     "write",
 ]
@@ -36,18 +49,22 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Format:
-    """How a format is written, the name of its file in a bundle, and whether it takes extents."""
+    """How a format is written, the name of its file in a bundle, whether it takes extents, and what to know.
+
+    `warning` gives a sentence, or nothing.
+    """
 
     write: Callable[[Fitted, ExportOptions], bytes]
     file_name: str
     needs_extents: bool = False
+    warning: Callable[[Fitted, ExportOptions], str] = lambda fitted, options: ""
 
 
 FORMATS: dict[str, Format] = {
     "step": Format(step, "primitive.step", needs_extents=True),
     "glb": Format(mesh_writer("glb"), "primitive.glb", needs_extents=True),
     "obj": Format(mesh_writer("obj"), "primitive.obj", needs_extents=True),
-    "stl": Format(mesh_writer("stl"), "primitive.stl", needs_extents=True),
+    "stl": Format(mesh_writer("stl"), "primitive.stl", needs_extents=True, warning=stl_warning),
     "ply": Format(mesh_writer("ply"), "primitive.ply", needs_extents=True),
     "csv": Format(csv, "primitive.csv"),
     "shrec22": Format(shrec22, "primitive_prediction.txt"),
@@ -75,8 +92,9 @@ def export(
     points: Any = None,
     *,
     options: Mapping[str, Any] | None = None,
-    unit: str = "mm",
+    unit: Unit | None = None,
     chord_error: float = 1e-3,
+    export_kind: KindName | None = None,
 ) -> bytes: ...
 
 
@@ -87,8 +105,9 @@ def export(
     points: Any = None,
     *,
     options: Mapping[str, Any] | None = None,
-    unit: str = "mm",
+    unit: Unit | None = None,
     chord_error: float = 1e-3,
+    export_kind: KindName | None = None,
 ) -> dict[str, bytes]: ...
 
 
@@ -98,18 +117,20 @@ def export(
     points: Any = None,
     *,
     options: Mapping[str, Any] | None = None,
-    unit: str = "mm",
+    unit: Unit | None = None,
     chord_error: float = 1e-3,
+    export_kind: KindName | None = None,
 ) -> bytes | dict[str, bytes]:
-    """An artefact as the bytes of a file, or several by name; of an ambiguous answer the first primitive.
+    """An artefact as the bytes of a file, or several by name.
 
     Parameters
     ----------
     artifacts : a key of `FORMATS`, or several
     points : (N, 3) that were fitted, whatever `fit` takes; `residuals_...`, `form` and `report` need them
     options : keyword arguments that `fit` had beside the points, for the receipt in the report
-    unit : of the coordinates: `mm`, `m` or `inch`; said in STEP files and reports
+    unit : of the coordinates, `mm`, `m`, ...; None for that of the answer, if it has one. STEP files need it
     chord_error : largest distance of a mesh from the surface, as a share of the size, in [1e-5, 0.1]
+    export_kind : which kind of an ambiguous answer; None for the first
 
     Raises
     ------
@@ -127,28 +148,84 @@ def export(
             known = ", ".join(FORMATS)
             raise InvalidOptionError(f"artefact {name!r:.40} is unknown; allowed are {known}", "artifacts")
     fitted = fitted_points(recognition, points, options)
-    written = write(fitted, names, ExportOptions(unit, chord_error))  # type: ignore[arg-type]
+    written = write(fitted, names, ExportOptions(unit, chord_error, export_kind))
     return written[artifacts] if isinstance(artifacts, str) else written
 
 
 def check_parts(formats: Iterable[str], include: Collection[str]) -> None:
-    """Raise `InvalidOptionError` where an artefact needs a part of the answer that is left out."""
+    """Raise `InvalidOptionError` where an artifact needs a part of the answer that is left out."""
     if any(FORMATS[format].needs_extents for format in formats):
         check_extents(include)
 
 
+def check_unit(formats: Collection[str], unit: Unit | None) -> None:
+    """Raise `InvalidOptionError` where an artifact needs a unit, and none is known."""
+    if "step" in formats:
+        known_unit(unit)
+
+
 def write(fitted: Fitted, formats: Iterable[str], options: ExportOptions) -> dict[str, bytes]:
-    """The content of each artefact by its name; what several need is computed once."""
+    """The content of each artifact by its name; what several need is computed once."""
+    fitted, options = _chosen(fitted, options)
     return {format: FORMATS[format].write(fitted, options) for format in formats}
 
 
+def _chosen(fitted: Fitted, options: ExportOptions) -> tuple[Fitted, ExportOptions]:
+    """What is exported of the answer, and the options in its unit."""
+    return of_kind(fitted, options.export_kind), replace(
+        options, unit=options.unit or fitted.recognition.unit
+    )
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of an artifact: its content, or why there is none; a warning where one is due."""
+
+    content: bytes | None
+    problem: str = ""
+    warning: str = ""
+
+
+def outcomes(fitted: Fitted, formats: Collection[str], options: ExportOptions) -> dict[str, Outcome]:
+    """What became of each artifact: one that cannot be made leaves the others alone.
+
+    Raises `NothingToExportError` or `InvalidOptionError` where none can be made.
+    """
+    fitted, options = _chosen(fitted, options)
+    found: dict[str, Outcome] = {}
+    failures: list[Exception] = []
+    for name in formats:
+        format = FORMATS[name]
+        try:
+            found[name] = Outcome(format.write(fitted, options), warning=format.warning(fitted, options))
+        except (NothingToExportError, InvalidOptionError) as error:
+            failures.append(error)
+            found[name] = Outcome(None, problem=str(error))
+    if failures and len(failures) == len(found):
+        raise failures[0]
+    return found
+
+
 def bundle(answer: bytes, fitted: Fitted, wanted: Wanted) -> bytes:
-    """A ZIP of `answer.json` and one file a format; the same input gives the same bytes."""
+    """A ZIP of `answer.json` and one file a format; the same input gives the same bytes.
+
+    `problems.json` in it says which could not be made and why, and what to know of the others, if anything.
+    """
+    found = outcomes(fitted, wanted.formats, wanted.options)
+    said = [
+        {"artifact": name, kind: text}
+        for name, each in found.items()
+        for kind, text in (("problem", each.problem), ("warning", each.warning))
+        if text
+    ]
     stream = BytesIO()
     with ZipFile(stream, "w", ZIP_DEFLATED) as archive:
         archive.writestr(_entry("answer.json"), answer)
-        for format, content in write(fitted, wanted.formats, wanted.options).items():
-            archive.writestr(_entry(FORMATS[format].file_name), content)
+        for name, each in found.items():
+            if each.content is not None:
+                archive.writestr(_entry(FORMATS[name].file_name), each.content)
+        if said:
+            archive.writestr(_entry("problems.json"), orjson.dumps(said, option=orjson.OPT_INDENT_2))
     return stream.getvalue()
 
 

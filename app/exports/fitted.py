@@ -1,7 +1,7 @@
 """What artefacts are made of: an answer, and the cloud and the options that it came from."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from inspect import signature
 from typing import Any
@@ -16,9 +16,8 @@ from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.primitive import Primitive
 
 from ..engine.arrays import as_cloud, as_floats
-from ..engine.cut import PER_POINT
 from ..engine.fit import config_of
-from ..readers.cloud import Array, Cloud
+from ..readers.cloud import PER_POINT, Array, Cloud
 from .drawing import Shape, shape_of
 
 OPTIONS = tuple(signature(config_of).parameters)
@@ -96,6 +95,31 @@ class Fitted:
     def form(self) -> Form:
         """Of the inliers."""
         return form_of(self.primitive, self.points[self.residuals.inlier])
+
+
+def of_kind(fitted: Fitted, kind: str | None) -> Fitted:
+    """With the primitive of this kind out of those of the answer; None leaves the first.
+
+    Raises `NothingToExportError` where there is none of the kind.
+    """
+    found = fitted.recognition
+    if kind is None or (found.primitive and found.primitive.kind == kind):
+        return fitted
+    chosen = next((other for other in found.alternatives if other.primitive.kind == kind), None)
+    if chosen is None:
+        kinds = [each.kind for each in (found.primitive, *(o.primitive for o in found.alternatives)) if each]
+        raise NothingToExportError(f"the answer holds no {kind}; it holds {' and '.join(kinds) or 'nothing'}")
+    assert found.inliers
+    recognition = replace(
+        found,
+        primitive=chosen.primitive,
+        error=chosen.error,
+        extents=chosen.extents,
+        uncertainty=chosen.uncertainty,
+        inliers=replace(found.inliers, surface=chosen.primitive),
+        alternatives=tuple(other for other in found.alternatives if other is not chosen),
+    )
+    return replace(fitted, recognition=recognition)
 
 
 def check_extents(include: Collection[str]) -> None:

@@ -1,13 +1,11 @@
 """What an export may be asked for."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 from primfit.fitting.errors import InvalidOptionError
+from primfit.fitting.names import KINDS, UNITS, KindName, Unit
 from primfit.fitting.request.values import number
 
-Unit = Literal["mm", "m", "inch"]
-UNITS: tuple[str, ...] = get_args(Unit)
 SMALLEST_ERROR, LARGEST_ERROR = 1e-5, 0.1
 
 
@@ -17,19 +15,35 @@ class ExportOptions:
 
     Attributes
     ----------
-    unit : what the coordinates are in; STEP files say so, and nothing is converted
+    unit : of the coordinates; None for that of the answer. STEP files need one, and a GLB is in meters where
+        it is known; nothing else is converted
+    export_kind : which of the kinds of an ambiguous answer; None for the first
     chord_error : largest distance of a mesh from its surface, as a share of the size of the trimmed shape
     """
 
-    unit: Unit = "mm"
+    unit: Unit | None = None
     chord_error: float = 1e-3
+    export_kind: KindName | None = None
 
     def __post_init__(self) -> None:
-        if self.unit not in UNITS:
+        if self.unit not in (None, *UNITS):
             raise InvalidOptionError(f"unit is {self.unit!r:.40}; allowed are {', '.join(UNITS)}", "unit")
+        if self.export_kind not in (None, *KINDS):
+            raise InvalidOptionError(
+                f"export_kind is {self.export_kind!r:.40}; allowed are {', '.join(KINDS)}", "export_kind"
+            )
         if not SMALLEST_ERROR <= number("chord_error", self.chord_error) <= LARGEST_ERROR:
             raise InvalidOptionError(
                 f"chord_error is {self.chord_error:g}; it is a share of the size in "
                 f"[{SMALLEST_ERROR:g}, {LARGEST_ERROR:g}]",
                 "chord_error",
             )
+
+
+def known_unit(unit: Unit | None) -> Unit:
+    """The unit; raises `InvalidOptionError` where it is not known."""
+    if unit is None:
+        raise InvalidOptionError(
+            f"unit is not known, and a STEP file needs one; give it, out of {', '.join(UNITS)}", "unit"
+        )
+    return unit

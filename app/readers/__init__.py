@@ -4,9 +4,11 @@ A new format is one file, one entry of `FORMATS`, and one line in `_SIGNATURES`,
 no signature.
 """
 
+from os import PathLike
 from pathlib import Path
 
 from .cloud import Cloud
+from .columns import FOUND, Pick
 from .e57 import read_e57
 from .errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
 from .formats import FORMATS, NAMES
@@ -14,6 +16,7 @@ from .glb import read_glb
 from .json_points import read_json
 from .las import read_las
 from .limits import UNLIMITED, Limits
+from .missing import without_missing
 from .npy import read_npy
 from .npz import read_npz
 from .obj import is_obj, read_obj
@@ -30,6 +33,7 @@ __all__ = [
     "FieldError",
     "InvalidPointsError",
     "Limits",
+    "Pick",
     "TooLargeError",
     "UnreadableFileError",
     "read",
@@ -37,6 +41,7 @@ __all__ = [
     "read_json",
     "read_unpacked",
     "unpack",
+    "without_missing",
 ]
 
 _SIGNATURES = {
@@ -61,36 +66,35 @@ _UNSUPPORTED = {
 }
 
 
-def read(data: bytes | memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read(data: bytes | memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read a cloud of any of the `FORMATS`, be it packed by gzip or zstd, or not.
 
-    `labels` names the column that tells segments apart; with `AUTO_LABELS` one of the usual names is looked
-    for, and may be missing; with None none is read.
+    Points may be missing in it, which `app.readers.missing` drops.
 
     Raises `UnreadableFileError`, or of its kinds `InvalidPointsError` and `TooLargeError`.
     """
     view = memoryview(data)
     coding = coding_of(view)
-    return read_unpacked(view if coding is None else unpack(view, coding, limits), limits, labels)
+    return read_unpacked(view if coding is None else unpack(view, coding, limits), limits, pick)
 
 
-def read_unpacked(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_unpacked(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """`read` of what has been unpacked, or must not be packed."""
     start = bytes(data[:16])
     for signature, reader in _SIGNATURES.items():
         if start.startswith(signature):
-            return reader(data, limits, labels)
+            return reader(data, limits, pick)
     if start.startswith(_UTF_16):
-        return read_unpacked(_in_utf_8(data), limits, labels)
+        return read_unpacked(_in_utf_8(data), limits, pick)
     for signature, name in _UNSUPPORTED.items():
         if start.startswith(signature):
             raise UnreadableFileError("file", f"the file is {name}; what is read: {NAMES}")
     if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
-        return read_json(data, limits, labels)
+        return read_json(data, limits, pick)
     for is_one, reader in _SHAPES:
         if is_one(data):
-            return reader(data, limits, labels)
-    return read_text(data, limits, labels)
+            return reader(data, limits, pick)
+    return read_text(data, limits, pick)
 
 
 def _in_utf_8(data: memoryview) -> memoryview:
@@ -101,6 +105,6 @@ def _in_utf_8(data: memoryview) -> memoryview:
         raise UnreadableFileError("file", "the file begins as text in UTF-16, but is none") from None
 
 
-def read_file(path: str | Path, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_file(path: str | PathLike[str], limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read a cloud from a file; `OSError` where it cannot be opened."""
-    return read(Path(path).read_bytes(), limits, labels)
+    return read(Path(path).read_bytes(), limits, pick)

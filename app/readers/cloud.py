@@ -1,39 +1,42 @@
 """A cloud as read: points, normals where the file has them, and where both were found."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError, describe
+from primfit.fitting.names import Unit
+
+from .columns import Columns
+from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
+from .formats import UNIT_OF
 
 Array = NDArray[np.float64]
+UnitSource = Literal["option", "header", "format"]
 
-_ALIASES = {
-    "x": ("x", "px", "pos_x", "pointx", "point_x", "coord_x", "points:0", "points_0"),
-    "y": ("y", "py", "pos_y", "pointy", "point_y", "coord_y", "points:1", "points_1"),
-    "z": ("z", "pz", "pos_z", "pointz", "point_z", "coord_z", "points:2", "points_2"),
-    "nx": ("nx", "normal_x", "normalx", "normals:0", "normals_0"),
-    "ny": ("ny", "normal_y", "normaly", "normals:1", "normals_1"),
-    "nz": ("nz", "normal_z", "normalz", "normals:2", "normals_2"),
-}
-AUTO_LABELS = "auto"
-_LABELS = ("label", "labels", "segment", "segment_id", "segments", "instance", "instance_id", "instances")
 _LABEL_LIMIT = 200
-_XYZ, _NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
-_NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in aliases}
+PER_POINT = ("points", "normals", "weights", "standard_deviations")
 
 
 @dataclass(frozen=True)
 class Cloud:
-    """Points (N, 3) float64, the columns they were read from, unit normals (N, 3) or None, and the format.
+    """What a file holds, or what was given in its place.
 
-    `options`, and `weights` or `standard_deviations` (N,), stood beside the points: JSON may hold them. The
-    options are not checked yet, and of the others only that they are numbers. `labels` (N,), integers or
-    strings, tell the segments of a scan apart; `label_column` is the name of their column in the file.
+    Attributes
+    ----------
+    points : (N, 3) float64; as read, some may be NaN or infinite, until `app.readers.missing` drops these
+    columns : names in the file of what was read
+    normals : (N, 3) unit normals, or None
+    format : one of `FORMATS`, or `array`
+    options : that stood beside the points, as JSON may hold them; not checked yet
+    weights, standard_deviations : (N,) that stood there, too; checked to be numbers, no more
+    labels : (N,) integers or strings that tell the segments of a scan apart
+    label_column : the name of their column in the file
+    unit, unit_from : of the coordinates, where it is known, and what says so
+    dropped : how many points are missing, by why
+    warnings : what the caller should know of the file, a sentence each
     """
 
     points: Array
@@ -45,69 +48,10 @@ class Cloud:
     standard_deviations: Array | None = None
     labels: NDArray[Any] | None = None
     label_column: str | None = None
-
-
-@dataclass(frozen=True)
-class Columns:
-    """Positions of x, y, z and, where present, nx, ny, nz in a table, and their names in the file.
-
-    `label` and `label_name` are those of the column of labels, where it is asked for and there.
-    """
-
-    names: tuple[str, ...]
-    points: tuple[int, ...]
-    normals: tuple[int, ...] = ()
-    label: int | None = None
-    label_name: str | None = None
-
-    @property
-    def used(self) -> tuple[int, ...]:
-        return self.points + self.normals
-
-    @property
-    def wanted(self) -> tuple[int, ...]:
-        """Those used, and that of the labels."""
-        return self.used if self.label is None else (*self.used, self.label)
-
-    def packed(self) -> "Columns":
-        """The same columns in a table that holds only the used ones, in their order."""
-        return replace(self, points=(0, 1, 2), normals=(3, 4, 5) if self.normals else ())
-
-
-def canonical(name: str) -> str | None:
-    """Which of x, y, z, nx, ny, nz a column name means: `X [mm]`, `//X` and `point_x` all mean x."""
-    return _NAME_OF.get(_bare(name))
-
-
-def _bare(name: str) -> str:
-    bare = re.sub(r"[\[(].*$", "", name.strip().strip("\"'").lstrip("/#").strip()).strip().lower()
-    return bare.replace(" ", "_")
-
-
-def find_label(names: Sequence[str], wanted: str | None) -> int | None:
-    """The position of the column of labels: the wanted one by its name, or one of the usual names.
-
-    Raises `UnreadableFileError` where no column has the wanted name, or several may be meant.
-    """
-    if wanted is None:
-        return None
-    found = _usual_labels(names) if wanted == AUTO_LABELS else _named(names, wanted)
-    if len(found) > 1:
-        raise UnreadableFileError("labels", f"{len(found)} columns may be the labels; name one of them")
-    return found[0] if found else None
-
-
-def _usual_labels(names: Sequence[str]) -> list[int]:
-    return [i for i, name in enumerate(names) if _bare(name) in _LABELS]
-
-
-def _named(names: Sequence[str], wanted: str) -> list[int]:
-    """Columns of this very name, or else of one that means the same."""
-    found = [i for i, name in enumerate(names) if name.strip() == wanted]
-    found = found or [i for i, name in enumerate(names) if _bare(name) == _bare(wanted)]
-    if not found:
-        raise UnreadableFileError("labels", f"no column of this name among {len(names)}", describe(wanted))
-    return found
+    unit: Unit | None = None
+    unit_from: UnitSource | None = None
+    dropped: Mapping[str, int] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
 
 def string_labels(labels: Sequence[str]) -> NDArray[Any]:
@@ -117,62 +61,29 @@ def string_labels(labels: Sequence[str]) -> NDArray[Any]:
     return np.array(labels, object)
 
 
-def find_columns(names: Sequence[str], labels: str | None = None) -> Columns:
-    """Pick the coordinate and normal columns of a table by name, and the labels as `find_label` does."""
-    places = _places(names)
-    missing = [name for name in _XYZ if name not in places]
-    if missing:
-        raise UnreadableFileError(
-            "header",
-            f"no column named {', '.join(missing)} among {len(names)}; name the coordinates x, y, z",
-        )
-    wanted = _XYZ + _NORMAL if places.keys() >= set(_NORMAL) else _XYZ
-    indices = [places[name] for name in wanted]
-    used = tuple(names[i].strip()[:40] for i in indices)
-    label = find_label(names, labels)
-    label_name = None if label is None else names[label].strip()[:40]
-    return Columns(used, tuple(indices[:3]), tuple(indices[3:]), label, label_name)
-
-
-def _places(names: Sequence[str]) -> dict[str, int]:
-    """Where x, y, z, nx, ny and nz stand, those that are there; each once at most."""
-    places: dict[str, list[int]] = {}
-    for index, name in enumerate(names):
-        meaning = canonical(name)
-        if meaning is not None:
-            places.setdefault(meaning, []).append(index)
-    for meaning, found in places.items():
-        if len(found) > 1:
-            raise UnreadableFileError("header", f"{len(found)} columns are named {meaning}; keep one of them")
-    return {meaning: index for meaning, (index,) in places.items()}
-
-
-def count_columns(width: int) -> Columns:
-    """Columns of a table without names: the first three are x, y, z, the rest is not used."""
-    if width < 3:
-        raise UnreadableFileError("file", f"rows hold {width} values; a point needs x, y and z")
-    return Columns(("x", "y", "z"), (0, 1, 2))
-
-
 def build_cloud(table: Array, columns: Columns, format: str, labels: NDArray[Any] | None = None) -> Cloud:
-    """Cut points and normals out of a table (N, C) and check that every coordinate is finite.
+    """Cut points and normals out of a table (N, C).
 
     `labels` (N,) are those of the column `columns.label`, which may be no numbers.
     """
     # The first three columns, which most are, are a view of the table: to pick them by number is slower.
     chosen = table[:, :3] if columns.points == (0, 1, 2) else table[:, columns.points]
     points = np.ascontiguousarray(chosen, dtype=np.float64)
-    check_finite(points)
-    normals = unit_normals(table[:, columns.normals]) if columns.normals else None
+    normals = unit_normals(table[:, columns.normals], points) if columns.normals else None
     names = columns.names if normals is not None else columns.names[:3]
-    return Cloud(points, names, normals, format, labels=labels, label_column=columns.label_name)
+    cloud = Cloud(points, names, normals, format, labels=labels, label_column=columns.label_name)
+    unit: Unit | None = columns.unit or UNIT_OF.get(format)
+    if unit is None and not columns.warnings:
+        return cloud
+    source: UnitSource | None = "header" if columns.unit else "format" if unit else None
+    return replace(cloud, unit=unit, unit_from=source, warnings=columns.warnings)
 
 
 def build_from(columns: Columns, column: Callable[[int], NDArray[Any]], format: str) -> Cloud:
     """The cloud of a table of which `column(i)` gives the values (N,) of the i-th column."""
     names = zip(columns.used, columns.names, strict=True)
     table = np.column_stack([_one_a_point(column(i), name) for i, name in names])
-    labels = None if columns.label is None else as_labels(column(columns.label))
+    labels = None if columns.label is None else as_labels(column(columns.label), table[:, :3])
     return build_cloud(table, columns.packed(), format, labels)
 
 
@@ -184,23 +95,45 @@ def _one_a_point(values: NDArray[Any], field: str) -> Array:
 
 def as_float(values: NDArray[Any], field: str) -> Array:
     """Numbers as float64; what is no number is refused under the name of its field."""
-    if values.dtype.kind not in "fiu":
-        kind = f"dtype kind {values.dtype.kind}"
-        raise InvalidPointsError(field, "the array must hold floats or integers", kind)
+    check_numbers(values.dtype, field)
     with np.errstate(over="ignore"):
         return values.astype(np.float64)
 
 
-def as_labels(values: NDArray[Any]) -> NDArray[np.int64]:
-    """Labels (N,) as int64; floats count where they hold whole numbers."""
+def check_numbers(dtype: np.dtype[Any], field: str) -> None:
+    """Raise `InvalidPointsError` where an array holds no numbers."""
+    if dtype.kind not in "fiu":
+        raise InvalidPointsError(field, "the array must hold floats or integers", f"dtype kind {dtype.kind}")
+
+
+def as_labels(values: NDArray[Any], points: Array) -> NDArray[np.int64]:
+    """Labels (N,) as int64; floats count where they hold whole numbers.
+
+    A point that is missing needs none: its label is 0.
+    """
     if values.dtype.kind not in "fiu" or values.ndim != 1:
         raise UnreadableFileError("labels", "labels must be integers, one a point")
     with np.errstate(invalid="ignore"):
         whole = (values == np.rint(values)) & (values >= -(2.0**63)) & (values < 2.0**63)
     if not whole.all():
-        bad = int(np.argmin(whole))
-        raise UnreadableFileError(f"labels[{bad}]", "labels must be integers of at most 64 bits", "number")
+        bad = np.flatnonzero(~whole & np.isfinite(points).all(axis=1))
+        if len(bad):
+            message = "labels must be integers of at most 64 bits"
+            raise UnreadableFileError(f"labels[{bad[0]}]", message, "number")
+        values = np.where(whole, values, 0)
     return values.astype(np.int64)
+
+
+def selected(cloud: Cloud, rows: NDArray[Any], **others: Any) -> Cloud:
+    """The cloud of these rows (M,), and without labels unless others are given."""
+    chosen: dict[str, Any] = {name: values[rows] for name, values in per_point(cloud).items()}
+    return replace(cloud, **chosen, **{"labels": None, **others})
+
+
+def per_point(cloud: Cloud) -> dict[str, Array]:
+    """What a cloud holds for each of its points, but for the labels, by name."""
+    given = {name: getattr(cloud, name) for name in PER_POINT}
+    return {name: values for name, values in given.items() if values is not None}
 
 
 def check_finite(points: Array, field: str = "points") -> None:
@@ -224,9 +157,16 @@ def check_finite(points: Array, field: str = "points") -> None:
     )
 
 
-def unit_normals(normals: Array) -> Array | None:
-    """Normals scaled to length 1, or None where one of them has no direction: then none is trusted."""
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    if not (np.isfinite(lengths).all() and (lengths > 0.0).all()):
-        return None
-    return np.ascontiguousarray(normals / lengths, dtype=np.float64)
+def unit_normals(normals: Array, points: Array | None = None) -> Array | None:
+    """Normals scaled to length 1, or None where one of them has no direction: then none is trusted.
+
+    Those of `points` that are missing do not count.
+    """
+    with np.errstate(all="ignore"):
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        usable = np.isfinite(lengths) & (lengths > 0.0)
+        if not usable.all():
+            there = True if points is None else np.isfinite(points).all(axis=1, keepdims=True)
+            if (~usable & there).any():
+                return None
+        return np.ascontiguousarray(normals / lengths, dtype=np.float64)

@@ -16,7 +16,8 @@ from xml.parsers import expat
 
 import numpy as np
 
-from .cloud import Array, Cloud, Columns, as_labels, build_cloud, find_label
+from .cloud import Array, Cloud, as_labels, build_cloud
+from .columns import FOUND, Columns, Pick, find_label
 from .errors import UnreadableFileError
 from .limits import UNLIMITED, Limits
 from .rows import check_bytes
@@ -30,7 +31,7 @@ _COORDINATES = ("cartesianX", "cartesianY", "cartesianZ")
 _INVALID = "cartesianInvalidState"
 
 
-def read_e57(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_e57(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read the valid points of all scans of an E57 file, each moved by its pose."""
     try:
         import pye57
@@ -41,7 +42,7 @@ def read_e57(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
     with _as_file(data) as path:
         try:
             with pye57.E57(path) as file:
-                return _read(file, len(data), limits, labels)
+                return _read(file, len(data), limits, pick)
         except UnreadableFileError:
             raise
         except Exception as error:  # libE57, its binding and NumPy have no common class of errors
@@ -118,7 +119,7 @@ def _check_xml(section: bytes) -> None:
         raise UnreadableFileError("file", "the XML section cannot be parsed") from error
 
 
-def _read(file: Any, n_bytes: int, limits: Limits, labels: str | None) -> Cloud:
+def _read(file: Any, n_bytes: int, limits: Limits, pick: Pick) -> Cloud:
     scans = [scan for scan in file.data3d if scan.isDefined("points")]
     if not scans:
         raise UnreadableFileError("file", "the E57 file holds no scan with points")
@@ -126,7 +127,9 @@ def _read(file: Any, n_bytes: int, limits: Limits, labels: str | None) -> Cloud:
     names = _common_fields(scans)
     if not set(_COORDINATES) <= set(names):
         raise UnreadableFileError("file", "a scan of the E57 file holds no cartesian coordinates")
-    label = find_label(names, labels)
+    if pick.columns is not None:
+        raise UnreadableFileError("columns", "the coordinates of an E57 file have names: nothing to choose")
+    label = find_label(names, pick.labels)
     wanted = _COORDINATES if label is None else (*_COORDINATES, names[label])
     tables = [_scan(file, scan, n_bytes, wanted) for scan in scans]
     table = np.concatenate(tables)
@@ -134,7 +137,7 @@ def _read(file: Any, n_bytes: int, limits: Limits, labels: str | None) -> Cloud:
     if label is None:
         return build_cloud(table, columns, "e57")
     columns = replace(columns, label_name=names[label][:40])
-    return build_cloud(table, columns, "e57", as_labels(table[:, 3]))
+    return build_cloud(table, columns, "e57", as_labels(table[:, 3], table[:, :3]))
 
 
 def _common_fields(scans: list[Any]) -> list[str]:

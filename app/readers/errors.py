@@ -2,6 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
+
+from primfit.fitting.errors import InvalidPointCloudError
 
 SHOWN = 20
 
@@ -26,8 +29,11 @@ class UnreadableFileError(ValueError):
         self.message = message
         self.errors = tuple(errors)[:SHOWN] or (FieldError(field, message, value),)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.field, self.message, None, self.errors)
 
-class InvalidPointsError(UnreadableFileError):
+
+class InvalidPointsError(UnreadableFileError, InvalidPointCloudError):
     """The file is readable, but what it holds are not finite points (N, 3)."""
 
 

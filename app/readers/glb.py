@@ -14,6 +14,7 @@ import numpy as np
 import orjson
 
 from .cloud import Array, Cloud
+from .columns import FOUND, Pick
 from .errors import TooLargeError, UnreadableFileError, describe
 from .limits import UNLIMITED, Limits
 from .mesh import build_mesh
@@ -31,7 +32,7 @@ _NOT_READ = (
 )
 
 
-def read_glb(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_glb(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read the distinct vertices of all meshes of the scene, moved by the transforms of their nodes."""
     document, buffer = _chunks(data)
     asset = _Asset(document, buffer)
@@ -48,7 +49,7 @@ def read_glb(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
             turned = None if normal is None else asset.vectors(place, normal) @ _cofactors(matrix[:3, :3]).T
             normals.append(turned)
     points = np.vstack([np.empty((0, 3)), *vertices])
-    return build_mesh(points, _joined(vertices, normals), "glb", limits, labels)
+    return build_mesh(points, _joined(vertices, normals), "glb", limits, pick)
 
 
 def _joined(vertices: list[Array], normals: list[Array | None]) -> Array | None:

@@ -3,6 +3,7 @@
 Points and what stands beside them are rows, or base64 arrays (`app.readers.encoded`).
 """
 
+import json
 import re
 from itertools import chain
 from typing import Any
@@ -11,7 +12,8 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from .cloud import Array, Cloud, check_finite, find_label, string_labels
+from .cloud import Array, Cloud, string_labels
+from .columns import FOUND, Pick, check_no_columns, find_label
 from .encoded import INTEGERS, decode
 from .errors import SHOWN, FieldError, InvalidPointsError, TooLargeError, UnreadableFileError, describe
 from .limits import UNLIMITED, Limits
@@ -19,13 +21,17 @@ from .limits import UNLIMITED, Limits
 _TOKEN = re.compile(r'[\[\]{},:]|"[^"\\]*(?:\\.[^"\\]*)*"')
 _NOT_FINITE = re.compile(r"(?P<nan>-?nan)|(?P<inf>[-+]?inf)", re.IGNORECASE)
 _FEW = 16
+_COORDINATE = {int, float, type(None)}
+# As Python's own writer spells them.
+_VECTORS = ("points", "normals")
+_LITERALS = re.compile(r"-?(?:NaN|Infinity)\b")
 _PER_POINT = ("weights", "standard_deviations")
 _BESIDE = ("normals", "labels", *_PER_POINT)
 _FIELDS = ("points", *_BESIDE, "options")
 _NUMBER = re.compile(r"[-+]?\d[\d.eE+-]*")
 
 
-def read_json(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_json(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read a JSON request: the points, what stands beside them, and the options as they are (unchecked).
 
     Labels that are not asked for are checked all the same.
@@ -39,11 +45,12 @@ def read_json(data: memoryview, limits: Limits = UNLIMITED, labels: str | None =
     if not isinstance(options, dict):
         raise UnreadableFileError("options", "options must be an object", describe(options))
     _refuse_twice(body, [*document, *options])
+    check_no_columns(Pick(columns=pick.columns), "JSON")
     points = to_points(document["points"], limits)
-    beside = _beside(document, len(points), limits)
+    beside = _beside(document, points, limits)
     columns = ("x", "y", "z", *(name for name in beside if name != "labels"))
     normals, found = beside.pop("normals", None), beside.pop("labels", None)
-    label = None if find_label(("labels",) if found is not None else (), labels) is None else "labels"
+    label = None if find_label(("labels",) if found is not None else (), pick.labels) is None else "labels"
     found = None if label is None else found
     return Cloud(points, columns, normals, "json", options, **beside, labels=found, label_column=label)
 
@@ -62,12 +69,12 @@ def _fields(document: object) -> dict[str, Any]:
     return document
 
 
-def _beside(document: dict[str, Any], n_points: int, limits: Limits) -> dict[str, Any]:
+def _beside(document: dict[str, Any], points: Array, limits: Limits) -> dict[str, Any]:
     """What stands beside the points, as arrays by their names."""
     given = {name: document[name] for name in _BESIDE if document.get(name) is not None}
     read = {"normals": _to_normals, "labels": _to_labels}
     return {
-        name: read[name](values, n_points, limits) if name in read else _to_numbers(name, values, limits)
+        name: read[name](values, points, limits) if name in read else _to_numbers(name, values, limits)
         for name, values in given.items()
     }
 
@@ -84,20 +91,20 @@ def _to_numbers(name: str, values: object, limits: Limits) -> Array:
     return np.array(values, np.float64)
 
 
-def _to_normals(rows: object, n_points: int, limits: Limits) -> Array:
-    """Normals (N, 3), scaled to length 1."""
+def _to_normals(rows: object, points: Array, limits: Limits) -> Array:
+    """Normals (N, 3), scaled to length 1; a point that is missing needs none."""
     normals = _to_rows(rows, "normals", limits)
-    _check_count("normals", len(normals), n_points)
+    _check_count("normals", len(normals), len(points))
     with np.errstate(all="ignore"):
         normals = normals / np.abs(normals).max(axis=1, keepdims=True, initial=0.0)
-        bad = np.flatnonzero(~np.isfinite(normals).all(axis=1))
+        bad = np.flatnonzero(~np.isfinite(normals).all(axis=1) & np.isfinite(points).all(axis=1))
     if len(bad):
         errors = [FieldError(f"normals[{i}]", "a normal must not be zero") for i in bad[:SHOWN]]
         raise InvalidPointsError(errors[0].field, f"{len(bad)} normals have no direction", errors=errors)
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-def _to_labels(values: object, n_points: int, limits: Limits) -> NDArray[Any]:
+def _to_labels(values: object, points: Array, limits: Limits) -> NDArray[Any]:
     """Labels (N,): integers, or strings."""
     kinds = set(map(type, values)) if isinstance(values, list) else None
     if isinstance(values, dict):
@@ -109,7 +116,7 @@ def _to_labels(values: object, n_points: int, limits: Limits) -> NDArray[Any]:
     else:
         message = "labels must be an array, all integers of 64 bits or all strings"
         raise InvalidPointsError("labels", message, describe(values))
-    _check_count("labels", len(labels), n_points)
+    _check_count("labels", len(labels), len(points))
     return labels
 
 
@@ -127,21 +134,19 @@ def _refuse_twice(body: bytes, names: list[str]) -> None:
 
 
 def to_points(rows: object, limits: Limits = UNLIMITED) -> Array:
-    """Rows [x, y, z] or a base64 array as an array (N, 3); what is not three finite numbers is named."""
+    """Rows [x, y, z] or a base64 array as an array (N, 3), null as NaN; what is no such row is named."""
     return _to_rows(rows, "points", limits)
 
 
 def _to_rows(rows: object, field: str, limits: Limits) -> Array:
     if isinstance(rows, dict):
-        decoded = decode(rows, field, limits, width=3).astype(np.float64)
-        check_finite(decoded, field)
-        return decoded
+        return decode(rows, field, limits, width=3).astype(np.float64)
     if not isinstance(rows, list):
         raise InvalidPointsError(field, f"{field} must be an array of [x, y, z]", describe(rows))
     Limits(limits.json_points).check_points(len(rows), field)
     if set(map(type, rows)) <= {list} and set(map(len, rows)) <= {3}:
         values = list(chain.from_iterable(rows))
-        if set(map(type, values)) <= {int, float}:
+        if set(map(type, values)) <= _COORDINATE:
             return np.array(values, np.float64).reshape(-1, 3)
     raise _explain(rows, field)
 
@@ -150,7 +155,7 @@ def _explain(rows: list[Any], field: str) -> InvalidPointsError:
     errors: list[FieldError] = []
     n_bad = 0
     for i, row in enumerate(rows):
-        if type(row) is list and len(row) == 3 and all(type(value) in (int, float) for value in row):
+        if type(row) is list and len(row) == 3 and all(type(value) in _COORDINATE for value in row):
             continue
         n_bad += 1
         if len(errors) < SHOWN:
@@ -165,7 +170,7 @@ def _explain_row(field: str, row: Any) -> list[FieldError]:
     return [
         FieldError(f"{field}[{j}]", "a coordinate must be a number", describe(value))
         for j, value in enumerate(row)
-        if type(value) not in (int, float)
+        if type(value) not in _COORDINATE
     ]
 
 
@@ -189,7 +194,23 @@ def _parse(body: bytes) -> Any:
     try:
         return orjson.loads(body)
     except orjson.JSONDecodeError as error:
-        raise _locate(error) from None
+        found = _locate(error)
+        if not (_LITERALS.match(error.doc, error.pos) and found.field.startswith(_VECTORS)):
+            raise found from None
+    return _parse_literals(body)
+
+
+def _parse_literals(body: bytes) -> Any:
+    """A document that is no JSON, because of NaN and Infinity among its coordinates."""
+    try:
+        return json.loads(body.decode(), parse_int=_whole)
+    except (ValueError, RecursionError):
+        raise UnreadableFileError("body", "not valid JSON, even with NaN and Infinity allowed") from None
+
+
+def _whole(digits: str) -> int | float:
+    """An integer of 64 bits, or a float, as the other parser has it."""
+    return int(digits) if len(digits) < 20 else float(digits)
 
 
 def _locate(error: orjson.JSONDecodeError) -> UnreadableFileError:

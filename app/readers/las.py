@@ -5,20 +5,23 @@ Points are decoded piece by piece, so that a count costs nothing until its point
 
 import io
 import logging
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from .cloud import Cloud, build_from, find_columns
+from .cloud import Cloud, build_from
+from .columns import FOUND, Pick, find_columns
 from .errors import UnreadableFileError
 from .las_header import LasHeader, read_header
+from .las_unit import unit_of
 from .laz_chunks import check_chunks
 from .limits import UNLIMITED, Limits
 
 _PIECE = 50_000
 
 
-def read_las(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_las(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read a LAS or LAZ file; any dimension of one number a point may be the labels."""
     header = read_header(data)
     limits.check_points(header.n_points)
@@ -28,21 +31,21 @@ def read_las(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
     elif not header.compressed:
         header.check_points()
     try:
-        return _decode(data, header, labels)
+        return _decode(data, header, pick)
     except UnreadableFileError:
         raise
     except Exception as error:  # laspy and lazrs have no common class of errors
         raise UnreadableFileError("file", "the points cannot be decoded: the file is damaged") from error
 
 
-def _decode(data: memoryview, header: LasHeader, labels: str | None) -> Cloud:
+def _decode(data: memoryview, header: LasHeader, pick: Pick) -> Cloud:
     import laspy
 
     logging.getLogger("laspy").setLevel(logging.CRITICAL)  # what it complains about, it also raises
     with laspy.open(io.BytesIO(data), read_evlrs=False, laz_backend=laspy.LazBackend.Lazrs) as reader:
         dimensions = reader.header.point_format.dimensions
         names = [dimension.name if dimension.num_elements == 1 else "" for dimension in dimensions]
-        columns = find_columns(names, labels)
+        columns = find_columns(names, pick)
         wanted = {i: names[i] for i in columns.wanted}
         # X is a whole number of steps; x is in the unit of the file.
         wanted |= {i: names[i].lower() for i in columns.points}
@@ -52,7 +55,14 @@ def _decode(data: memoryview, header: LasHeader, labels: str | None) -> Cloud:
             "file", f"the header announces {header.n_points} points, {n_read} are there"
         )
     format = "laz" if header.compressed else "las"
-    return build_from(columns, values.__getitem__, format)
+    return _in_its_unit(build_from(columns, values.__getitem__, format), header)
+
+
+def _in_its_unit(cloud: Cloud, header: LasHeader) -> Cloud:
+    unit, warning = unit_of(header.records)
+    if warning:
+        return replace(cloud, unit=None, unit_from=None, warnings=(*cloud.warnings, warning))
+    return cloud if unit is None else replace(cloud, unit=unit, unit_from="header")
 
 
 def _values(reader: Any, wanted: dict[int, str]) -> tuple[int, dict[int, np.ndarray]]:

@@ -5,31 +5,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .cloud import Array, Cloud, Columns, build_cloud, check_finite, find_label
+from .cloud import Array, Cloud, build_cloud
+from .columns import XYZ, Columns, Pick, check_no_columns
 from .errors import InvalidPointsError
 from .limits import Limits
 
-_POINTS = Columns(("x", "y", "z"), (0, 1, 2))
 _WITH_NORMALS = Columns(("x", "y", "z", "nx", "ny", "nz"), (0, 1, 2), (3, 4, 5))
 
 
-def build_mesh(
-    vertices: Array, normals: Array | None, format: str, limits: Limits, labels: str | None
-) -> Cloud:
+def build_mesh(vertices: Array, normals: Array | None, format: str, limits: Limits, pick: Pick) -> Cloud:
     """The distinct vertices (N, 3) in the order of their first appearance.
 
     `normals` are kept where they are unambiguous: equal at all repeats of each vertex. Raises
-    `InvalidPointsError` where there is no vertex or one is not finite, `UnreadableFileError` where `labels`
-    names a column: a mesh has none.
+    `InvalidPointsError` where there is no vertex, `UnreadableFileError` where columns or labels are asked
+    for: a mesh has none.
     """
-    find_label((), labels)
+    check_no_columns(pick, "a mesh")
     if not len(vertices):
         raise InvalidPointsError("file", "the mesh holds no vertices")
-    check_finite(vertices)
     first, group = distinct(vertices)
     limits.check_points(len(first))
     if normals is None or not np.array_equal(normals[first][group], normals):
-        return build_cloud(vertices[first], _POINTS, format)
+        return build_cloud(vertices[first], XYZ, format)
     return build_cloud(np.hstack([vertices[first], normals[first]]), _WITH_NORMALS, format)
 
 

@@ -1,4 +1,4 @@
-"""NPY arrays: (N, 3) or wider, or structured with fields x, y, z. Never a pickle."""
+"""NPY arrays: (N, 3) or wider, organized (H, W, 3), or structured with fields x, y, z. Never a pickle."""
 
 import io
 import math
@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.lib import format as npy_format
 
-from .cloud import Cloud, as_float, build_cloud, build_from, count_columns, find_columns, find_label
+from .cloud import Cloud, build_from, check_numbers
+from .columns import FOUND, Pick, find_columns, is_index, number_columns
 from .errors import InvalidPointsError, UnreadableFileError
 from .limits import UNLIMITED, Limits
 
@@ -40,32 +41,31 @@ class ArrayHeader:
             raise UnreadableFileError("dtype", message)
         if not self.dtype.itemsize:
             raise UnreadableFileError("dtype", "elements of no bytes; points are floats or integers")
-        limits.check_points(self.shape[0] if self.shape else 1)
+        limits.check_points(math.prod(self.shape[:-1] or self.shape))
 
     def check_points(self) -> None:
         """Raise unless points may have this shape: (N, 3), wider, or (N,) records."""
         if self.dtype.names is not None:
             if len(self.shape) != 1:
                 raise self._misshapen("structured array", "(N,)")
-        elif len(self.shape) != 2 or self.shape[-1] < 3:
-            raise self._misshapen("array", "(N, 3)")
-        elif self.shape[0] == 3 < self.shape[1]:
+        elif len(self.shape) not in (2, 3) or self.shape[-1] < 3:
+            raise self._misshapen("array", "(N, 3), or organized (H, W, 3)")
+        elif len(self.shape) == 2 and self.shape[0] == 3 < self.shape[1]:
             raise self._misshapen("array", "(N, 3): transpose it")
 
     def _misshapen(self, what: str, wanted: str) -> InvalidPointsError:
         return InvalidPointsError("shape", f"{what} of shape {as_text(self.shape)}; points are {wanted}")
 
 
-def read_npy(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_npy(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read an NPY file whose header agrees with the bytes behind it."""
     header = read_header(data)
     header.check_points()
     header.check(limits)
     array = read_array(data, header)
     if header.dtype.names is not None:
-        return read_records(array, "npy", labels)
-    find_label((), labels)  # its columns have no names: labels asked for by name are refused
-    return build_cloud(as_float(array[:, :3], "dtype"), count_columns(array.shape[1]), "npy")
+        return read_records(array, "npy", pick)
+    return read_table(array, "npy", pick)
 
 
 def read_header(data: memoryview) -> ArrayHeader:
@@ -104,10 +104,18 @@ def read_array(data: memoryview, header: ArrayHeader) -> np.ndarray:
     return array.reshape(header.shape, order="F" if header.fortran else "C")
 
 
-def read_records(array: np.ndarray, format: str, labels: str | None) -> Cloud:
+def read_records(array: np.ndarray, format: str, pick: Pick) -> Cloud:
     """The cloud of a structured array (N,), its fields found by name."""
     names = array.dtype.names or ()
-    return build_from(find_columns(names, labels), lambda i: array[names[i]], format)
+    return build_from(find_columns(names, pick), lambda i: array[names[i]], format)
+
+
+def read_table(array: np.ndarray, format: str, pick: Pick) -> Cloud:
+    """The cloud of an array (N, C), or of an organized one (H, W, C), whose columns have numbers from 1."""
+    check_numbers(array.dtype, "dtype")
+    table = array.reshape(-1, array.shape[-1])
+    indexed = table.shape[1] > 3 and is_index(table[:, 0])
+    return build_from(number_columns(table.shape[1], pick, int(indexed)), lambda i: table[:, i], format)
 
 
 def as_text(shape: tuple[int, ...]) -> str:

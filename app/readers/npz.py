@@ -12,10 +12,11 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 
-from .cloud import Cloud, Columns, as_float, as_labels, build_cloud, find_label
+from .cloud import Array, Cloud, as_float, as_labels, unit_normals
+from .columns import FOUND, Pick, find_label
 from .errors import InvalidPointsError, UnreadableFileError
 from .limits import UNLIMITED, Limits
-from .npy import HEADER_LIMIT, ArrayHeader, as_text, read_array, read_header, read_records
+from .npy import HEADER_LIMIT, ArrayHeader, as_text, read_array, read_header, read_records, read_table
 
 _END = struct.Struct("<4s4H2LH")
 _END_MARK, _ZIP64_MARK = b"PK\x05\x06", b"PK\x06\x07"
@@ -24,14 +25,15 @@ _DIRECTORY_LIMIT = 64 * 1024
 _DEFLATE_RATIO = 1032
 _ENCRYPTED = 0x1
 _POINTS = ("points", "xyz")
+_NORMALS = ("nx", "ny", "nz")
 
 
-def read_npz(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_npz(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read the points of an NPZ file, with the normals and labels beside them."""
     n_members = _check_directory(data)
     try:
         with ZipFile(io.BytesIO(data)) as archive:
-            return _read(archive, _members(archive, n_members, len(data), limits), limits, labels)
+            return _read(archive, _members(archive, n_members, len(data), limits), limits, pick)
     except UnreadableFileError:
         raise
     except (BadZipFile, zlib.error, struct.error, EOFError, NotImplementedError, ValueError) as error:
@@ -79,22 +81,26 @@ def _check_member(info: ZipInfo, limits: Limits) -> None:
         raise UnreadableFileError("file", "a member of the ZIP archive announces more than it can hold")
 
 
-def _read(archive: ZipFile, members: dict[str, ZipInfo], limits: Limits, labels: str | None) -> Cloud:
+def _read(archive: ZipFile, members: dict[str, ZipInfo], limits: Limits, pick: Pick) -> Cloud:
     name = _name_of_points(archive, members)
     points = _array(archive, members[name], limits, points=True)
     if points.dtype.names is not None:
-        return read_records(points, "npz", labels)
-    tables, columns = [as_float(points[:, :3], name[:40])], Columns(("x", "y", "z"), (0, 1, 2))
-    if "normals" in members:
-        normals = _beside(archive, members["normals"], limits, (len(points), 3))
-        tables.append(as_float(normals, "normals"))
-        columns = Columns((*columns.names, "nx", "ny", "nz"), columns.points, (3, 4, 5))
+        return read_records(points, "npz", pick)
+    cloud = read_table(points, "npz", replace(pick, labels=None))
+    if "normals" in members and pick.columns is None:
+        normals = _beside(archive, members["normals"], limits, (*points.shape[:-1], 3)).reshape(-1, 3)
+        cloud = _with_normals(cloud, as_float(normals, "normals"))
     names = list(members)
-    label = find_label(names, labels)
+    label = find_label(names, pick.labels)
     if label is None:
-        return build_cloud(np.hstack(tables), columns, "npz")
-    found = as_labels(_beside(archive, members[names[label]], limits, (len(points),)))
-    return build_cloud(np.hstack(tables), replace(columns, label_name=names[label][:40]), "npz", found)
+        return cloud
+    labels = _beside(archive, members[names[label]], limits, points.shape[:-1]).reshape(-1)
+    return replace(cloud, labels=as_labels(labels, cloud.points), label_column=names[label][:40])
+
+
+def _with_normals(cloud: Cloud, given: Array) -> Cloud:
+    normals = unit_normals(given, cloud.points)
+    return cloud if normals is None else replace(cloud, normals=normals, columns=(*cloud.columns, *_NORMALS))
 
 
 def _name_of_points(archive: ZipFile, members: dict[str, ZipInfo]) -> str:

@@ -6,7 +6,8 @@ Own reader, not a library's: trimesh takes a second and 60 MB to import, for lin
 import re
 from collections.abc import Iterator
 
-from .cloud import Cloud, canonical
+from .cloud import Cloud
+from .columns import FOUND, Pick, canonical
 from .limits import UNLIMITED, Limits
 from .lines import check_lines, decoded, lines, load_triples
 from .mesh import build_mesh
@@ -31,7 +32,7 @@ def is_obj(data: memoryview) -> bool:
     return _VERTEX.search(data[:_HEAD]) is not None
 
 
-def read_obj(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_obj(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read the distinct vertices, and their normals where each vertex has one of its own."""
     check_lines(data)
     text = bytes(data)
@@ -44,7 +45,7 @@ def read_obj(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
     vertices = load_triples(lambda: rows("v"), "vertex")
     normals = load_triples(lambda: rows("vn"), "normal")
     paired = len(normals) == len(vertices) and all(_is_paired(line) for _, line in rows("f"))
-    return build_mesh(vertices, normals if paired else None, "obj", limits, labels)
+    return build_mesh(vertices, normals if paired else None, "obj", limits, pick)
 
 
 def _is_paired(face: str) -> bool:

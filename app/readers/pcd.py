@@ -1,7 +1,6 @@
 """PCD, the format of the Point Cloud Library: ascii, binary and binary_compressed.
 
 Own reader on top of liblzf: the header is held against the bytes that are there before anything is allocated.
-Depth cameras write a row of NaN where nothing came back: such rows are left out.
 """
 
 import struct
@@ -12,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from .cloud import Cloud, build_from, find_columns
+from .cloud import Cloud, build_from
+from .columns import FOUND, Pick, find_columns
 from .errors import UnreadableFileError
 from .limits import UNLIMITED, Limits
 from .rows import check_bytes, read_rows
@@ -61,14 +61,13 @@ def is_pcd(data: memoryview) -> bool:
     return False
 
 
-def read_pcd(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
-    """Read a PCD file without the points whose coordinates are all NaN."""
+def read_pcd(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
+    """Read a PCD file; depth cameras write a row of NaN where nothing came back."""
     header = _header(data)
-    columns = find_columns([field.name if field.count == 1 else "" for field in header.fields], labels)
+    columns = find_columns([field.name if field.count == 1 else "" for field in header.fields], pick)
     limits.check_points(header.n_points)
     fields = _READERS[header.encoding](data[header.start :], header, limits)
-    kept = ~np.all([np.isnan(fields[i]) for i in columns.points], axis=0)
-    return build_from(columns, lambda i: fields[i][kept], "pcd")
+    return build_from(columns, fields.__getitem__, "pcd")
 
 
 def _read_ascii(data: memoryview, header: _Header, _: Limits) -> list[np.ndarray]:

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from .cloud import Cloud, build_from, find_columns
+from .cloud import Cloud, build_from
+from .columns import FOUND, Pick, find_columns
 from .errors import UnreadableFileError
 from .limits import UNLIMITED, Limits
 from .rows import check_bytes, read_rows
@@ -54,7 +55,7 @@ class _Element:
         return np.dtype(fields)
 
 
-def read_ply(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_ply(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read the vertices of a PLY file; lists may stand in or before them if all are of one length."""
     order, elements, start = _header(data)
     names = [element.name for element in elements]
@@ -62,7 +63,7 @@ def read_ply(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
         raise UnreadableFileError("header", "the PLY file has no element named vertex")
     before, vertex = elements[: names.index("vertex")], elements[names.index("vertex")]
     places = [i for i, item in enumerate(vertex.properties) if item.length_kind is None]
-    columns = find_columns([vertex.properties[i].name for i in places], labels)
+    columns = find_columns([vertex.properties[i].name for i in places], pick)
     limits.check_points(vertex.count)
     read = _read_binary if order else _read_ascii
     column = read(data[start:], order, before, vertex, vertex is elements[-1])

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .cloud import Array, Cloud
+from .columns import FOUND, Pick
 from .errors import UnreadableFileError
 from .limits import UNLIMITED, Limits
 from .lines import check_lines, lines, load_triples
@@ -35,10 +36,10 @@ def _is_binary(data: memoryview) -> bool:
     )
 
 
-def read_stl(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
+def read_stl(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read the distinct corners of the triangles; normals are those of triangles, not of points."""
     corners = _read_binary(data) if _is_binary(data) else _read_ascii(data)
-    return build_mesh(corners, None, "stl", limits, labels)
+    return build_mesh(corners, None, "stl", limits, pick)
 
 
 def _count(data: memoryview) -> int:

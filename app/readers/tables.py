@@ -3,17 +3,15 @@
 import csv
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import islice, pairwise
+from dataclasses import dataclass
+from itertools import islice
 
-from .cloud import AUTO_LABELS, Columns, canonical, count_columns, find_columns, find_label
+from .columns import Columns, Pick, canonical, find_columns, is_index, number_columns
 from .errors import InvalidPointsError, UnreadableFileError
 from .lines import decoded, is_number
 
 _SAMPLE = 20
 _HEAD = 1024 * 1024
-# A column of so many whole numbers, each one more than the last, is an index.
-_COUNTING = 3
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _WHOLE = re.compile(r"[+-]?\d{1,18}")
 _ANY_CUT = re.compile(r"[;,\s]+")
@@ -49,8 +47,8 @@ class Layout:
     decimal_comma: bool = False
 
 
-def look(text: bytes, labels: str | None) -> Layout:
-    """What the first lines tell; without a header `labels` is the number of a column, from 1.
+def look(text: bytes, pick: Pick) -> Layout:
+    """What the first lines tell.
 
     Raises `UnreadableFileError` where they do not tell which columns are x, y and z.
     """
@@ -69,16 +67,18 @@ def look(text: bytes, labels: str | None) -> Layout:
     while first and _may_be_row(sample[first - 1][1], delimiter, width):
         first -= 1
     width = len(cells_of(sample[first][1], delimiter))
-    names, first = _header(sample, first, delimiter, width)
+    names, units, first = _header(sample, first, delimiter, width, pick)
     rows = sample[first:]
     if names is None and _is_numbered(rows, delimiter, width):
         rows = rows[1:]
     if names is None:
         names = _commented_names(head, delimiter, width)
     if names is None:
-        columns = _unnamed([cells_of(line, delimiter) for _, line in rows], delimiter, width, labels)
+        columns = _unnamed([cells_of(line, delimiter) for _, line in rows], delimiter, width, pick)
     else:
-        columns = find_columns(names, labels)
+        columns = find_columns(names, pick)
+        if units:
+            columns = columns.in_unit([units[i] for i in columns.points])
     return Layout(delimiter, rows[0][0], width, columns, announced, decimal_comma)
 
 
@@ -139,25 +139,35 @@ def _may_be_row(line: str, delimiter: str | None, width: int) -> bool:
     return all(numbers) or (len(numbers) == width and any(numbers))
 
 
-def _header(sample: Lines, first: int, delimiter: str | None, width: int) -> tuple[list[str] | None, int]:
-    """Names of the columns, if lines above the rows tell them, and where the rows begin.
+def _header(
+    sample: Lines, first: int, delimiter: str | None, width: int, pick: Pick
+) -> tuple[list[str] | None, list[str] | None, int]:
+    """Names of the columns and their units, where lines above the rows tell them, and where the rows begin.
 
     Above the header there may be titles, and below it a row of units; any other line below is a row.
     """
     above = [cells_of(line, delimiter) for _, line in sample[:first]]
     named = [k for k, cells in enumerate(above) if _names_all(cells)]
     if not named:
-        if above and len(above[-1]) == width:
-            return above[-1], first
-        return None, first
+        units = [k for k, cells in enumerate(above) if k and _are_units(cells, width)]
+        last = units[0] - 1 if units else len(above) - 1
+        if above and len(above[last]) == width:
+            return above[last], above[units[0]] if units else None, first
+        return None, None, first
     names = above[named[-1]]
-    if len(names) != width:
+    if len(names) != width and pick.columns is None:
         line = sample[first][0]
         raise UnreadableFileError(
             "header", f"the header names {len(names)} columns, line {line} holds {width}"
         )
     below = range(named[-1] + 1, first)
-    return names, next((k for k in below if not all(map(_UNIT.fullmatch, above[k]))), first)
+    units = [k for k in below if _are_units(above[k], width)]
+    rows = next((k for k in below if k not in units), first)
+    return (names + [""] * width)[:width], above[units[0]] if units else None, rows
+
+
+def _are_units(cells: Sequence[str], width: int) -> bool:
+    return len(cells) == width and all(map(_UNIT.fullmatch, cells))
 
 
 def _names_all(names: Sequence[str]) -> bool:
@@ -203,25 +213,16 @@ def _is_column(name: str) -> bool:
     return canonical(name) is not None or name.strip().lower().replace(" ", "_") in _INDEX
 
 
-def _unnamed(rows: list[list[str]], delimiter: str | None, width: int, labels: str | None) -> Columns:
+def _unnamed(rows: list[list[str]], delimiter: str | None, width: int, pick: Pick) -> Columns:
     """Columns of a table without names, where a number from 1 is the name of each.
 
     The first three are x, y and z, or the three behind one that counts up.
     """
-    _refuse_decimal_comma_pairs(rows, delimiter)
-    columns = count_columns(width)
-    if width > 3 and _counts_up(["".join(cells[:1]) for cells in rows]):
-        columns = Columns(("2", "3", "4"), (1, 2, 3))
-    if labels in (None, AUTO_LABELS):
-        return columns
-    label = find_label([str(number) for number in range(1, width + 1)], labels)
-    return replace(columns, label=label, label_name=labels)
-
-
-def _counts_up(cells: Sequence[str]) -> bool:
-    if len(cells) < _COUNTING or not all(map(_WHOLE.fullmatch, cells)):
-        return False
-    return all(int(after) - int(before) == 1 for before, after in pairwise(cells))
+    if pick.columns is None:
+        _refuse_decimal_comma_pairs(rows, delimiter)
+    first = ["".join(cells[:1]) for cells in rows]
+    indexed = width > 3 and all(map(_WHOLE.fullmatch, first)) and is_index([int(cell) for cell in first])
+    return number_columns(width, pick, int(indexed))
 
 
 def _delimiter(rows: list[str], given: str | None) -> tuple[str | None, bool]:

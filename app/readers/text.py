@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .cloud import Cloud, build_cloud, string_labels
+from .columns import FOUND, Pick
 from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 from .limits import UNLIMITED, Limits
 from .lines import COUNTED, check_lines, counted, is_number, lines
@@ -18,8 +19,8 @@ _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
 _CTRL_Z = b"\x1a"
 
 
-def read_text(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
-    """Read a text of one point a line; without a header `labels` is the number of a column, from 1."""
+def read_text(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
+    """Read a text of one point a line; without a header columns are known by their numbers, from 1."""
     check_lines(data)
     text = bytes(data).rstrip(_CTRL_Z)
     if b"\n" not in text:
@@ -27,7 +28,7 @@ def read_text(data: memoryview, limits: Limits = UNLIMITED, labels: str | None =
     if b"\0" in text:
         raise UnreadableFileError("file", "neither text nor a format that is known (CSV, XYZ, TXT, NPY, PLY)")
     limits.check_points(text.count(b"\n") // 2 - 1000)
-    layout = look(text, labels)
+    layout = look(text, pick)
     if layout.announced is not None:
         limits.check_points(layout.announced)
     cells: list[str] = []

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ..exports import FORMATS as ARTIFACTS
-from ..exports.options import LARGEST_ERROR, SMALLEST_ERROR, UNITS
+from ..exports.options import LARGEST_ERROR, SMALLEST_ERROR
 from ..wire.options import OBJECTS
 from ..wire.schemas import BatchUpload, FitOptions
 
@@ -52,11 +52,11 @@ ARTIFACT_OPTIONS: list[dict[str, Any]] = [
         "example": ["step", "glb", "report"],
     },
     {
-        "name": "unit",
+        "name": "export_kind",
         "in": "query",
         "required": False,
-        "description": "of the coordinates, as STEP files and reports say it; mm by default",
-        "schema": {"type": "string", "enum": list(UNITS)},
+        "description": "which kind of an ambiguous answer is exported; the first by default",
+        "schema": {"$ref": REF.format(model="KindName")},
     },
     {
         "name": "chord_error",

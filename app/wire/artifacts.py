@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from primfit.fitting.errors import InvalidOptionError
 
 from ..exports import FORMATS, ExportOptions, Wanted
-from ..exports.options import UNITS
 from ..readers.errors import FieldError, describe
 from .problems import InvalidOptionsError
 
-NAMES = ("artifacts", "unit", "chord_error")
+NAMES = ("artifacts", "chord_error", "export_kind")
 
 
 def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], Wanted]:
@@ -47,15 +46,12 @@ def _repeated(given: list[tuple[str, str]]) -> list[FieldError]:
 
 
 def _options(given: dict[str, str]) -> ExportOptions:
-    unit, told = given.get("unit", ExportOptions.unit), given.get("chord_error", ExportOptions.chord_error)
-    if unit not in UNITS:
-        message = f"unknown unit; allowed are {', '.join(UNITS)}"
-        raise InvalidOptionsError([FieldError("unit", message, describe(unit))])
+    told = given.get("chord_error", ExportOptions.chord_error)
     try:
         chord_error = float(told)
     except ValueError:
         raise InvalidOptionsError([FieldError("chord_error", "not a number", describe(told))]) from None
     try:
-        return ExportOptions(unit, chord_error)  # type: ignore[arg-type]
+        return ExportOptions(None, chord_error, given.get("export_kind"))  # type: ignore[arg-type]
     except InvalidOptionError as error:
         raise InvalidOptionsError([FieldError(error.field, str(error))]) from None

@@ -14,8 +14,8 @@ _TAG = re.compile(r'(?:W/)?("[^"]*")')
 
 
 def etag(receipt: Mapping[str, Any], cloud: Cloud) -> str:
-    """The tag of the answer with this receipt, which holds all that decides it but the normals."""
-    digest = sha256(to_json(receipt))
+    """The tag of the answer with this receipt, which with normals and warnings holds all that decides it."""
+    digest = sha256(to_json({"receipt": receipt, "warnings": cloud.warnings}))
     if cloud.normals is not None:
         digest.update(np.ascontiguousarray(cloud.normals, "<f8").data)
     return f'"{digest.hexdigest()[:32]}"'

@@ -12,8 +12,11 @@ from .problems import InvalidOptionsError, option_errors
 from .schemas import FitOptions
 
 ALLOWED = tuple(FitOptions.model_fields)
-LISTS = ("kinds", "include")
-OBJECTS = ("constraints", "initial_guess")
+LISTS = ("kinds", "include", "columns")
+COMMAS = ("columns",)
+"""Lists that may stand in one parameter of a query, separated by commas."""
+
+OBJECTS = ("constraints", "initial_guess", "nominal")
 _TEXT_LIMIT = 64 * 1024
 
 
@@ -54,7 +57,7 @@ def _from_query(pairs: Sequence[tuple[str, str]]) -> tuple[dict[str, Any], list[
     errors: list[FieldError] = []
     for name, value in pairs:
         if name in LISTS:
-            query.setdefault(name, []).append(value)
+            query.setdefault(name, []).extend(value.split(",") if name in COMMAS else [value])
         elif name in OBJECTS:
             errors.append(FieldError(name, "an object does not fit into a query; give it in JSON"))
         elif name in query:

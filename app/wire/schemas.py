@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
 from typing_extensions import TypeAliasType
 
 from primfit.fitting import names
+from primfit.fitting.answer import conformance as measured
 from primfit.fitting.answer import result, values
 from primfit.fitting.extents import EXTENTS
 from primfit.fitting.extents import values as extents
@@ -22,6 +23,7 @@ from primfit.fitting.uncertainty import values as known
 from primfit.fitting.uncertainty.warnings import Warning
 from primfit.models import names as classifiers
 
+from ..readers.cloud import UnitSource
 from ..readers.encoded import DtypeName
 from ..readers.formats import Format
 from .derived import CLOSED, Models, Vector, union
@@ -30,6 +32,8 @@ KindName = TypeAliasType("KindName", names.KindName)
 ClassifierName = TypeAliasType("ClassifierName", classifiers.ClassifierName)
 CriterionName = TypeAliasType("CriterionName", names.Criterion)
 AnswerPart = TypeAliasType("AnswerPart", names.AnswerPart)
+Unit = TypeAliasType("Unit", names.Unit)
+Missing = TypeAliasType("Missing", names.Missing)
 
 Upload = Annotated[bytes, WithJsonSchema({"type": "string", "format": "binary"})]
 _wire = Models()
@@ -117,6 +121,38 @@ class FitOptions(BaseModel):
         "null, those of alternatives, too. `include=` in a query asks for neither",
         json_schema_extra={"uniqueItems": True},
     )
+    nominal: dict[str, Any] | None = Field(
+        None,
+        description="what the primitive should be: its `kind`, and any of its parameters, each a value or "
+        "`{value, tolerance}`, the tolerance of a number also as `[lower, upper]`; in JSON only. The answer "
+        "says under `conformance` how far it deviates",
+        examples=[{"kind": "cylinder", "radius": {"value": 25.0, "tolerance": 0.05}}],
+    )
+    form_tolerance: float | None = Field(
+        None,
+        gt=0,
+        le=LARGEST,
+        description="largest form error of the inliers allowed, in the unit of the points; the verdict "
+        "stands under `conformance`",
+    )
+    columns: list[str | int] | None = Field(
+        None,
+        min_length=3,
+        max_length=6,
+        description="which columns of a file are x, y and z, and perhaps nx, ny and nz: names, or numbers "
+        "from 1; by default found by their names, or the first three. In a query `columns=2,3,4`",
+        examples=[["2", "3", "4"]],
+    )
+    missing: Missing = Field(
+        "drop",
+        description="points that are NaN or infinite, or exact zeros like several others, are dropped and "
+        "counted (`drop`, the default); `error` refuses the former and keeps the latter",
+    )
+    unit: Unit | None = Field(
+        None,
+        description="of the points, for the words of the answer and for exports; nothing is converted. By "
+        "default that of the file, if its header or its format tells it",
+    )
 
 
 class EncodedArray(BaseModel):
@@ -177,6 +213,8 @@ class BatchUpload(BaseModel):
 
 
 _wire.model(values.ErrorSummary)
+_wire.model(measured.Check)
+_wire.model(measured.Conformance)
 _wire.model(values.Deviation)
 _wire.model(values.NoiseSummary)
 _wire.model(known.Interval)
@@ -221,6 +259,8 @@ class UsedOptions(BaseModel):
         default=list(names.ANSWER_PARTS),
         description="parts that were asked for; not there where all were",
     )
+    nominal: dict[str, Any] | None = Field(None, description="as it was given; not there without")
+    form_tolerance: float | None = Field(None, description="not there where none was given")
 
 
 class Versions(BaseModel):
@@ -232,16 +272,30 @@ class Versions(BaseModel):
     scipy: str
 
 
+class Dropped(BaseModel):
+    """How many points are missing, and were left out."""
+
+    not_finite: int = Field(description="with a coordinate that is NaN or infinite, or marked as invalid")
+    zero: int = Field(description="exact zeros (0, 0, 0), as depth cameras write them")
+
+
 class Receipt(BaseModel):
     """What was fitted and how: enough to repeat it."""
 
-    input_sha256: str = Field(description="of the points as little-endian float64, row by row")
+    input_sha256: str = Field(
+        description="of the points that were fitted, as little-endian float64, row by row"
+    )
     weights_sha256: str | None = Field(
         description="of the weights or standard deviations as little-endian float64, if there were any"
     )
     n_points: int
     format: str = Field(description="json, text, npy, ply, stl, obj or glb")
     columns: list[str] = Field(description="columns used, by their name in the file")
+    dropped: Dropped
+    unit: Unit | None = Field(description="of all lengths; null where it is not known")
+    unit_from: UnitSource | None = Field(
+        description="what says so: the `option`, the `header` of the file, or its `format`"
+    )
     options: UsedOptions
     versions: Versions
 
@@ -249,7 +303,7 @@ class Receipt(BaseModel):
 FitAnswer = _wire.model(
     result.Recognition,
     "FitAnswer",
-    without=("n_points", "inliers", "include"),
+    without=("n_points", "inliers", "include", "unit"),
     doc="Which primitive the cloud is, and the evidence.",
     alternatives=list[Alternative],  # type: ignore[valid-type]
     extents=Extents | None,

@@ -12,6 +12,7 @@ from ..readers import (
     Cloud,
     FieldError,
     Limits,
+    Pick,
     TooLargeError,
     UnreadableFileError,
     read,
@@ -19,7 +20,7 @@ from ..readers import (
     read_unpacked,
     unpack,
 )
-from ..readers.cloud import AUTO_LABELS
+from ..readers.columns import AUTO_LABELS, as_columns
 from ..wire.multipart import Part, find_parts
 from ..wire.options import check_options, parse_options
 from ..wire.problems import InvalidOptionsError
@@ -158,16 +159,18 @@ class FileJob:
         """The answer for a file without labels; of one that has them the segments, cut but not fitted."""
         # Opened first: when the request is given up, the file goes, and is not made again.
         with self.scratch.open("r+b") as scratch:
-            cloud = self._read()
-            options = check_options(self.options.query, self.options.beside, cloud.options)
+            options = check_options(self.options.query, self.options.beside)
+            cloud = self._read(Pick(self.labels, as_columns(options.get("columns"))))
+            if cloud.options:
+                options = check_options(self.options.query, self.options.beside, cloud.options)
             cut = cut_cloud(cloud)
             return _found(cloud, options) if cut is None else self._store(cut, options, scratch)
 
-    def _read(self) -> Cloud:
+    def _read(self, pick: Pick) -> Cloud:
         content = self.content if isinstance(self.content, bytes) else self.content.read()
         if self.media_type == "application/json":
-            return read_json(memoryview(content), self.limits, self.labels)
-        return (read_unpacked if self.unpacked else read)(memoryview(content), self.limits, self.labels)
+            return read_json(memoryview(content), self.limits, pick)
+        return (read_unpacked if self.unpacked else read)(memoryview(content), self.limits, pick)
 
     def _store(self, cut: Cut, options: Mapping[str, Any], scratch: BinaryIO) -> CutFile:
         if len(cut.labels) > self.most_segments:

@@ -13,9 +13,10 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.names import ANSWER_PARTS
 
 from ..engine.answer import answered, receipt, to_json, versions
-from ..engine.fit import fit
-from ..exports import Fitted, bundle, check_parts
-from ..readers import Cloud, Limits, UnreadableFileError, read, read_json, read_unpacked, unpack
+from ..engine.fit import fit, prepared
+from ..exports import Fitted, bundle, check_parts, check_unit
+from ..readers import Cloud, Limits, Pick, UnreadableFileError, read, read_json, read_unpacked, unpack
+from ..readers.columns import as_columns
 from ..wire.artifacts import NAMES, split_query
 from ..wire.etag import etag, names
 from ..wire.multipart import split_parts
@@ -101,10 +102,16 @@ def _fit(job: FitJob) -> Reply:
     body: bytes | memoryview = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
     if job.coding is not None:
         body = unpack(memoryview(body), job.coding, job.limits, "body")
-    cloud, beside = _read(body, job)
-    options = check_options(query, beside, cloud.options, beside=NAMES if job.export else ())
+    file, beside = _file(body, job)
+    others = NAMES if job.export else ()
+    options = check_options(query, beside, beside=others)
+    cloud = _read(file, job, Pick(columns=as_columns(options.get("columns"))))
+    if cloud.options:
+        options = check_options(query, beside, cloud.options, beside=others)
+    cloud = prepared(cloud, options)
     if wanted is not None:
         check_parts(wanted.formats, options.get("include", ANSWER_PARTS))
+        check_unit(wanted.formats, cloud.unit)
     read_at = perf_counter()
     if job.if_none_match and wanted is None:
         tag = etag(receipt(cloud, options), cloud)
@@ -137,15 +144,17 @@ def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[
     )
 
 
-def _read(body: bytes | memoryview, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:
-    """The cloud, and the options that an upload holds beside it."""
-    if job.media_type == "application/json":
-        return read_json(memoryview(body), job.limits), {}
-    parts: Mapping[str, bytes | memoryview] = {"file": body}
-    if job.media_type == "multipart/form-data":
-        parts = split_parts(body, job.content_type)
+def _file(body: bytes | memoryview, job: FitJob) -> tuple[memoryview, Mapping[str, Any]]:
+    """What holds the cloud, and the options that an upload has beside it."""
+    if job.media_type != "multipart/form-data":
+        return memoryview(body), {}
+    parts = split_parts(body, job.content_type)
     if "file" not in parts:
         raise UnreadableFileError("file", "part file is missing", "missing")
-    beside = parse_options(parts["options"]) if "options" in parts else {}
-    file = memoryview(parts["file"])
-    return read_unpacked(file, job.limits) if job.coding else read(file, job.limits), beside
+    return memoryview(parts["file"]), parse_options(parts["options"]) if "options" in parts else {}
+
+
+def _read(file: memoryview, job: FitJob, pick: Pick) -> Cloud:
+    if job.media_type == "application/json":
+        return read_json(file, job.limits, pick)
+    return (read_unpacked if job.coding else read)(file, job.limits, pick)

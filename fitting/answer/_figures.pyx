@@ -6,7 +6,7 @@ from libc.stdlib cimport free
 
 cdef extern from "answer/figures.h" nogil:
     ctypedef struct Figures:
-        double squares, sum, largest, lowest, highest, near_squares
+        double squares, sum, largest, lowest, highest, near_squares, near_lowest, near_highest
         Py_ssize_t near
 
     Figures figures_of(const double *signed_, const double *judged, Py_ssize_t n, double reach, double *absolute)
@@ -20,8 +20,8 @@ def figures(const double[::1] distance, const double[::1] judged, double reach, 
     """Numbers of signed distances (N,), N > 0.
 
     Their root mean square, mean magnitude, quantile of the magnitudes at `share`, and largest magnitude; the largest
-    less the smallest distance; the root mean square of those that `judged` (N,) has within `reach`, of all where there
-    are none; and the share of these.
+    less the smallest distance; the root mean square of those that `judged` (N,) has within `reach`, and their largest
+    less smallest, of all where there are none; and the share of these.
     """
     cdef Py_ssize_t n = distance.shape[0]
     cdef Figures found
@@ -34,5 +34,7 @@ def figures(const double[::1] distance, const double[::1] judged, double reach, 
         tail = quantile(absolute, n, share)
     free(absolute)
     rms = sqrt(found.squares / n)
+    zone = found.highest - found.lowest
     near = sqrt(found.near_squares / found.near) if found.near else rms
-    return rms, found.sum / n, tail, found.largest, found.highest - found.lowest, near, found.near / <double>n
+    near_zone = found.near_highest - found.near_lowest if found.near else zone
+    return rms, found.sum / n, tail, found.largest, zone, near, near_zone, found.near / <double>n

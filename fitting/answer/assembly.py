@@ -1,6 +1,6 @@
 """From what was tried and decided to the answer."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from ..search.finished import Finished
 from ..uncertainty.appraise import uncertainty_of
 from ..uncertainty.values import Uncertainty
 from ..verdict.judge import Claim, Decision
+from .conformance import Candidate, Conformance, conformance
 from .residuals import Inliers
 from .result import Alternative, Attempt, Recognition
 from .values import ErrorSummary
@@ -62,7 +63,9 @@ def nothing(tries: Sequence[Tried], n_points: int, config: Config) -> Recognitio
         attempts=tuple(tried.attempt for tried in tries),
         message=f"no allowed kind could be fitted: {reasons}",
         n_points=n_points,
+        conformance=conformance(config.nominal, config.form_tolerance, ()),
         include=config.include,
+        unit=config.unit,
     )
 
 
@@ -86,9 +89,28 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
         active_constraints=config.constraints.effects(best.answered),
         extents=extents,
         uncertainty=uncertainty,
+        conformance=_conformance(decision, best, fitted, uncertainty, config),
         inliers=Inliers(cloud.frame.restore(evidence.primitive), cloud.frame.scale * evidence.reach),
         include=config.include,
+        unit=config.unit,
     )
+
+
+def _conformance(
+    decision: Decision,
+    best: Fitted,
+    fitted: Mapping[str, Fitted],
+    uncertainty: Uncertainty | None,
+    config: Config,
+) -> Conformance | None:
+    """The verdict on what was asked for; a kind that was refused conforms to nothing."""
+    candidates: list[Candidate] = []
+    if decision.status != "no_fit":
+        candidates.append(Candidate(best.answered, best.error, uncertainty))
+    if config.nominal is not None:
+        rivals = [fitted[each.kind] for each in decision.rivals if each.kind == config.nominal.kind]
+        candidates += [Candidate(each.answered, each.error, None) for each in rivals]
+    return conformance(config.nominal, config.form_tolerance, candidates)
 
 
 def _message(decision: Decision) -> str:

@@ -7,7 +7,8 @@ typedef struct {
     double squares, sum, largest; /* of the magnitudes */
     double lowest, highest;       /* with their signs */
     double near_squares;          /* of those that belong to the surface, */
-    ptrdiff_t near;               /* and how many these are */
+    double near_lowest, near_highest;
+    ptrdiff_t near; /* and how many these are */
 } Figures;
 
 /* Of n signed distances, whose magnitudes are left in `absolute`; those within reach by `judged` belong. */
@@ -15,10 +16,12 @@ VECTOR_UNITS static Figures figures_of(
     const double *restrict distance, const double *restrict judged, ptrdiff_t n, double reach, double *restrict absolute)
 {
     double squares = 0.0, sum = 0.0, lowest = distance[0], highest = distance[0], near_squares = 0.0, near = 0.0;
-#pragma omp simd reduction(+ : squares, sum, near_squares, near) reduction(min : lowest) reduction(max : highest)
+    double near_lowest = INFINITY, near_highest = -INFINITY;
+#pragma omp simd reduction(+ : squares, sum, near_squares, near) reduction(min : lowest, near_lowest) reduction(max : highest, near_highest)
     for (ptrdiff_t i = 0; i < n; i++) {
         const double each = distance[i], size = fabs(each), square = size * size;
         const double belongs = fabs(judged[i]) <= reach ? 1.0 : 0.0;
+        const double low = belongs > 0.0 ? each : INFINITY, high = belongs > 0.0 ? each : -INFINITY;
         absolute[i] = size;
         squares += square;
         sum += size;
@@ -26,8 +29,11 @@ VECTOR_UNITS static Figures figures_of(
         near_squares += belongs * square;
         lowest = each < lowest ? each : lowest;
         highest = each > highest ? each : highest;
+        near_lowest = low < near_lowest ? low : near_lowest;
+        near_highest = high > near_highest ? high : near_highest;
     }
-    return (Figures){squares, sum, greater(-lowest, highest), lowest, highest, near_squares, (ptrdiff_t)near};
+    return (Figures){squares, sum, greater(-lowest, highest), lowest, highest, near_squares,
+                     near_lowest, near_highest, (ptrdiff_t)near};
 }
 
 /* As numpy.quantile, linear between ranks; reorders the values. */

@@ -20,7 +20,9 @@ def summarize(primitive: Primitive, evidence: Evidence) -> ErrorSummary:
     if len(judged) != len(points):
         judged = distances(evidence.primitive, points)
     signed = judged if primitive is evidence.primitive else distances(primitive, points)
-    rms, mean, p95, largest, zone, near, share = _figures.figures(signed, judged, evidence.reach, TAIL)
+    rms, mean, p95, largest, zone, near, near_zone, share = _figures.figures(
+        signed, judged, evidence.reach, TAIL
+    )
     return ErrorSummary(
         rms=scale * rms,
         mean=scale * mean,
@@ -29,6 +31,7 @@ def summarize(primitive: Primitive, evidence: Evidence) -> ErrorSummary:
         zone=scale * zone,
         relative_mean=mean / evidence.cloud.diagonal,
         inlier_rms=scale * near,
+        inlier_zone=scale * near_zone,
         inlier_share=share,
     )
 

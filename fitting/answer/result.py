@@ -7,12 +7,13 @@ from typing import Any, Literal
 import orjson
 
 from ..extents.values import Extents
-from ..names import ANSWER_PARTS
+from ..names import ANSWER_PARTS, Unit
 from ..plain import plain
 from ..primitives import parameters
 from ..primitives.primitive import Primitive
 from ..uncertainty.values import Uncertainty
 from ..verdict.judge import Status
+from .conformance import Conformance
 from .residuals import Inliers
 from .summary import summary
 from .values import ErrorSummary, NoiseSummary
@@ -103,8 +104,11 @@ class Recognition:
         they were not asked for (`include`)
     uncertainty : how well `primitive` is known; None with `no_fit`, and with `minimum_zone`,
         `minimum_circumscribed` and `maximum_inscribed`, or where it was not asked for (`include`)
+    conformance : `form_tolerance` and `nominal` held against what was found; None where neither was given
     inliers : which points belong to `primitive`; None without one
     include : which of the parts `extents` and `uncertainty` were asked for
+    warnings : what to know of the points, as that some are missing, a sentence each
+    unit : of all lengths, where it is known
     """
 
     status: Status
@@ -118,8 +122,11 @@ class Recognition:
     active_constraints: Mapping[str, str] = field(default_factory=dict)
     extents: Extents | None = None
     uncertainty: Uncertainty | None = None
+    conformance: Conformance | None = None
     inliers: Inliers | None = None
     include: tuple[str, ...] = ANSWER_PARTS
+    warnings: tuple[str, ...] = ()
+    unit: Unit | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values: the body of `POST /fit` without its receipt."""
@@ -128,11 +135,13 @@ class Recognition:
             "primitive": self.primitive and parameters(self.primitive),
             "alternatives": [other.to_dict() for other in self.alternatives],
             "message": self.message,
+            "warnings": list(self.warnings),
             "extents": self.extents and self.extents.values(),
             "uncertainty": plain(self.uncertainty),
             "error": plain(self.error),
             "noise": plain(self.noise),
             "active_constraints": dict(self.active_constraints),
+            "conformance": plain(self.conformance),
             "attempts": [attempt.to_dict() for attempt in self.attempts],
         }
 

@@ -14,6 +14,7 @@ class ErrorSummary:
         the surface that holds all points. Flatness, sphericity, cylindricity under the criterion asked for
     relative_mean : mean over the bounding-box diagonal (the SHREC 2022 track's mean fitting error)
     inlier_rms : rms of the points not rejected as outliers
+    inlier_zone : as `zone`, of those points only
     inlier_share : share of the points not rejected as outliers
     """
 
@@ -24,6 +25,7 @@ class ErrorSummary:
     zone: float
     relative_mean: float
     inlier_rms: float
+    inlier_zone: float
     inlier_share: float
 
 

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InvalidOptionError
-from ..names import ANSWER_PARTS, CRITERIA, CRITERION, KINDS, SEED, Criterion
+from ..names import ANSWER_PARTS, CRITERIA, CRITERION, KINDS, SEED, Criterion, Unit
 from ..primitives import PRIMITIVES, parameters, parameters_of
 from ..primitives.primitive import Primitive
 from .constraints import UNCONSTRAINED, Constraints
 from .guess import guess_of
+from .nominal import Nominal
 from .values import number, positive
 
 EXTREME = ("minimum_zone", "minimum_circumscribed", "maximum_inscribed")
@@ -52,6 +53,9 @@ class Config:
     seed : seed of every random choice, from 0 to 2^63 - 1
     constraints : parameters that are fixed or bounded
     initial_guess : a primitive in input units that joins the starts of its kind
+    nominal : what the primitive should be, or None; the answer says how far it deviates
+    form_tolerance : largest form error of the inliers allowed [length], or None
+    unit : of the points, for words only; None where it is not known
     include : which of the parts `extents` and `uncertainty` are computed and answered; the others are None
     """
 
@@ -63,6 +67,9 @@ class Config:
     constraints: Constraints = UNCONSTRAINED
     initial_guess: Primitive | None = None
     include: tuple[str, ...] = ANSWER_PARTS
+    nominal: Nominal | None = None
+    form_tolerance: float | None = None
+    unit: Unit | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "kinds", _names("kinds", self.kinds, KINDS))
@@ -78,6 +85,8 @@ class Config:
             )
         if self.tolerance is not None:
             positive("tolerance", self.tolerance)
+        if self.form_tolerance is not None:
+            positive("form_tolerance", self.form_tolerance)
         _check_seed(self.seed)
         _check_constraints(self.constraints, self.kinds, self.criterion)
         if self.initial_guess is not None:

@@ -87,7 +87,7 @@ class Evidence:
         exact = exact_points(absolute, cloud.tolerance, trial.dof)
         any_exact, all_exact = bool(exact.any()), bool(exact.all())
         rest = absolute[~exact] if any_exact and not all_exact else absolute
-        noise = NoiseModel.of(rest, ROUNDING_NOISE * cloud.tolerance, cloud.extent)
+        noise = NoiseModel.of(rest, _least(cloud), cloud.extent)
         noise_scale, reach = _scatter(trial, free, absolute, exact, noise.scale)
         inlier = absolute <= reach
         explained, beside = None, 0.0
@@ -225,8 +225,9 @@ def _linear(primitive: Primitive, points: Array, limits: Limits | None) -> tuple
 
 
 def _least(cloud: Cloud) -> float:
-    """The smallest noise that is told from none."""
-    return max(ROUNDING_NOISE * cloud.tolerance, sys.float_info.epsilon)
+    """The smallest noise that is told from none: that of the rounding, be it coarse or fine."""
+    step = 0.0 if cloud.step is None else cloud.step / cloud.frame.scale
+    return max(ROUNDING_NOISE * max(cloud.tolerance, step), sys.float_info.epsilon)
 
 
 def _outliers(inlier: np.ndarray, cloud: Cloud) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from primfit.app.cli.files import answer_file
 from primfit.app.engine.segments import fit_segments
-from primfit.app.readers import read_file
+from primfit.app.readers import Pick, read_file
 from primfit.synthetic.draw import clouds
 from primfit.synthetic.recipes import RECIPES
 from tests.paths import EXAMPLES
@@ -47,7 +47,7 @@ def test_the_answer_shown_is_the_one_given_now() -> None:
 def test_the_segments_are_those_of_the_generator() -> None:
     recipe = replace(RECIPES["scanner"], seed=2354)
     drawn = list(clouds(recipe, 3))
-    cloud = read_file(EXAMPLES / "segments.csv", labels="label")
+    cloud = read_file(EXAMPLES / "segments.csv", pick=Pick("label"))
     np.testing.assert_allclose(cloud.points, np.vstack([one.points for one in drawn]), rtol=1e-9)
     segments = fit_segments(cloud.points, cloud.labels)
     assert [segment.label for segment in segments] == [1, 2, 3]

@@ -36,6 +36,11 @@ def batch(
     constraint: of.Constraint = None,
     initial_guess: of.InitialGuess = None,
     include: of.Include = None,
+    nominal: of.Nominal = None,
+    form_tolerance: of.FormTolerance = None,
+    columns: of.Columns = None,
+    missing: of.Missing = None,
+    unit: of.Unit = None,
 ) -> None:
     """Recognise and fit many clouds; the answer of each goes into a file of its own.
 
@@ -48,7 +53,20 @@ def batch(
     from ..batch import SUFFIXES, CollisionError, plan, run
 
     options = of.checked(
-        kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess, include
+        kind,
+        classifier,
+        criterion,
+        max_error,
+        tolerance,
+        seed,
+        constraint,
+        initial_guess,
+        include,
+        nominal,
+        form_tolerance,
+        columns,
+        missing,
+        unit,
     )
     try:
         targets = plan(inputs, out, format, labels)

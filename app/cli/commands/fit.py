@@ -3,9 +3,11 @@
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from primfit.fitting import names
 
 from .. import options as of
 from ..status import EXIT, complain, worst
@@ -37,6 +39,11 @@ def fit(
     constraint: of.Constraint = None,
     initial_guess: of.InitialGuess = None,
     include: of.Include = None,
+    nominal: of.Nominal = None,
+    form_tolerance: of.FormTolerance = None,
+    columns: of.Columns = None,
+    missing: of.Missing = None,
+    unit: of.Unit = None,
     step: ExportFile = None,
     glb: ExportFile = None,
     obj: ExportFile = None,
@@ -58,13 +65,13 @@ def fit(
     report: Annotated[
         Path | None, typer.Option(help="Write a report with pictures to it, one HTML file.", dir_okay=False)
     ] = None,
-    unit: Annotated[
-        Literal["mm", "m", "inch"],
-        typer.Option(help="Of the coordinates, as STEP files and reports say it."),
-    ] = "mm",
     chord_error: Annotated[
         float, typer.Option(help="Largest distance of meshes from the surface, as a share of its size.")
     ] = 1e-3,
+    export_kind: Annotated[
+        names.KindName | None,
+        typer.Option(help="Which kind of an ambiguous answer is written; by default the first."),
+    ] = None,
 ) -> None:
     """Recognise and fit the cloud in each FILE.
 
@@ -77,7 +84,20 @@ def fit(
     from ..artifacts import Artifacts
 
     options = of.checked(
-        kind, classifier, criterion, max_error, tolerance, seed, constraint, initial_guess, include
+        kind,
+        classifier,
+        criterion,
+        max_error,
+        tolerance,
+        seed,
+        constraint,
+        initial_guess,
+        include,
+        nominal,
+        form_tolerance,
+        columns,
+        missing,
+        unit,
     )
     exports = {"step": step, "glb": glb, "obj": obj, "stl": stl, "ply": ply_mesh, "csv": csv_row}
     exports |= {"shrec22": shrec22, "residuals_npy": residuals_npy, "residuals_csv": residuals_csv}
@@ -87,7 +107,7 @@ def fit(
         "form": form,
         "report": report,
     }
-    artifacts = Artifacts.wanted(exports, files, labels, unit, chord_error, options.get("include"))
+    artifacts = Artifacts.wanted(exports, files, labels, chord_error, export_kind, options.get("include"))
     raise typer.Exit(worst(_statuses(files, options, labels, as_json, artifacts)))
 
 

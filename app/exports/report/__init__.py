@@ -59,7 +59,7 @@ def html_report(fitted: Fitted, options: ExportOptions) -> bytes:
     header = element("header", element("h1", kind.capitalize(), chip), element("p", recognition.message))
     parts = _fit_parts if recognition.status != "no_fit" else _no_fit_parts
     foot = element("footer", "Made by primfit. Lengths are in the unit of the input.")
-    body = element("body", header, *parts(fitted, options.unit), *_trail(fitted), foot)
+    body = element("body", header, *parts(fitted, options.unit or "unit not given"), *_trail(fitted), foot)
     return f'<!doctype html>\n<html lang="en"><head>{head}</head>{body}</html>\n'.encode()
 
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol, cast
 from primfit.fitting.names import KINDS
 
 from ..fitted import Fitted
-from ..options import ExportOptions
+from ..options import ExportOptions, known_unit
 from .file import File
 from .product import product
 
@@ -40,5 +40,5 @@ def step(fitted: Fitted, options: ExportOptions) -> bytes:
     faces = [file.add(f"ADVANCED_FACE('{kind}',({','.join(of)}),{surface},.T.)") for of in bounds]
     shell = file.add(f"{'CLOSED' if shape.is_closed else 'OPEN'}_SHELL('',({','.join(faces)}))")
     name = kind if status == "fitted" else f"{kind} ({status})"
-    product(file, name, shell, fitted.extents.area, options.unit)
+    product(file, name, shell, fitted.extents.area, known_unit(options.unit))
     return file.text(name).encode("ascii")

@@ -2,13 +2,19 @@
 
 import numpy as np
 
+from primfit.fitting.names import Unit
+
+from ...readers.units import METERS
 from .file import File, real
+
+_PREFIXES = {"um": ".MICRO.", "mm": ".MILLI.", "cm": ".CENTI.", "m": "$", "km": ".KILO."}
+_NAMES = {"inch": "INCH", "ft": "FOOT", "us-ft": "US_SURVEY_FOOT"}
 
 UNCERTAINTY = 1e-7
 """Points closer than this share of the size are one: what readers join edges by."""
 
 
-def product(file: File, name: str, shell: str, area: float, unit: str) -> None:
+def product(file: File, name: str, shell: str, area: float, unit: Unit) -> None:
     """The units of the shell, whose surface has this area, and the product that a reader looks for."""
     model = file.add(f"SHELL_BASED_SURFACE_MODEL('',({shell}))")
     length = _length_unit(file, unit)
@@ -38,11 +44,13 @@ def product(file: File, name: str, shell: str, area: float, unit: str) -> None:
     file.add(f"SHAPE_DEFINITION_REPRESENTATION({defined},{shape})")
 
 
-def _length_unit(file: File, unit: str) -> str:
-    if unit != "inch":
-        prefix = {"mm": ".MILLI.", "m": "$"}[unit]
-        return file.add(f"(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT({prefix},.METRE.))")
-    millimetre = file.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))")
+def _length_unit(file: File, unit: Unit) -> str:
+    if unit in _PREFIXES:
+        return file.add(f"(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT({_PREFIXES[unit]},.METRE.))")
+    millimeter = file.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))")
     dimensions = file.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)")
-    measure = file.add(f"LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),{millimetre})")
-    return file.add(f"(CONVERSION_BASED_UNIT('INCH',{measure})LENGTH_UNIT()NAMED_UNIT({dimensions}))")
+    length = real(METERS[unit] / METERS["mm"])
+    measure = file.add(f"LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({length}),{millimeter})")
+    return file.add(
+        f"(CONVERSION_BASED_UNIT('{_NAMES[unit]}',{measure})LENGTH_UNIT()NAMED_UNIT({dimensions}))"
+    )

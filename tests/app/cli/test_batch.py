@@ -261,7 +261,7 @@ def test_a_file_without_labels_keeps_its_place_where_they_are_looked_for(scan: P
     assert result.exit_code == 0
     assert [p.name for p in tmp_path.iterdir()] == ["single.json"]
     named = run("batch", scan / "single.csv", "--out", tmp_path, "--labels", "part", "--workers", 1)
-    assert named.exit_code == 2 and "labels: no column of this name" in named.stderr
+    assert named.exit_code == 2 and "labels: there is no such column" in named.stderr
 
 
 def test_folders_of_segments_never_mix(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,7 +53,7 @@ def test_pandas_by_the_names_of_the_columns() -> None:
     assert primfit.fit(table).to_json() == WITH_NORMALS
     assert primfit.fit(table[["z", "x", "y", "name"]]).to_json() == PLAIN
     assert primfit.fit(pandas.DataFrame(POINTS)).to_json() == PLAIN
-    with pytest.raises(InvalidPointCloudError, match="points: no column named x, y, z among 3"):
+    with pytest.raises(InvalidPointCloudError, match="points: no column named x, y, z among a, b, c"):
         primfit.fit(pandas.DataFrame(POINTS, columns=["a", "b", "c"]))
     with pytest.raises(InvalidPointCloudError, match=r"points\['x'\]: Series is not an array of numbers"):
         primfit.fit(pandas.DataFrame({"x": ["a"] * 9, "y": 0.0, "z": 0.0}))
@@ -98,7 +99,6 @@ def test_open3d_with_its_normals() -> None:
         ({"x": [1.0]}, "dict"),
         (None, "NoneType"),
         (3.0, "float"),
-        ("cloud.ply", "str"),
         (object(), "object"),
         (POINTS + 1j, "ndarray"),
         (POINTS.astype(str), "ndarray"),
@@ -116,12 +116,26 @@ def test_what_is_no_cloud_is_named(given: Any, kind: str) -> None:
     assert caught.value.field == "points"
 
 
-def test_masked_coordinates_are_no_numbers() -> None:
+def test_masked_coordinates_are_missing() -> None:
     masked = np.ma.array(POINTS, mask=np.zeros_like(POINTS, bool))
-    assert primfit.fit(masked).primitive is not None
+    assert primfit.fit(masked).to_json() == PLAIN
     masked[3, 1] = np.ma.masked
-    with pytest.raises(InvalidPointCloudError, match=r"points\[3\]"):
-        primfit.fit(masked)
+    others = primfit.fit(np.delete(POINTS, 3, axis=0)).to_dict()
+    assert primfit.fit(masked).to_dict()["primitive"] == others["primitive"]
+    assert primfit.fit(masked).warnings == (
+        "Missing points were dropped: 1 have coordinates that are not finite.",
+    )
+    with pytest.raises(InvalidPointCloudError, match="1 coordinates are NaN or infinite") as caught:
+        primfit.fit(masked, missing="error")
+    assert caught.value.field == "points[3][1]"
+
+
+def test_a_file_is_fitted_by_its_name(tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "cloud.csv", POINTS, "%.17g", delimiter=",")
+    for name in (tmp_path / "cloud.csv", str(tmp_path / "cloud.csv")):
+        assert primfit.fit(name).to_json() == PLAIN
+    with pytest.raises(FileNotFoundError):
+        primfit.fit("no such file")
 
 
 def test_other_fields_are_named_too() -> None:

@@ -115,7 +115,7 @@ def test_a_segment_of_a_cloud_is_a_cloud_without_labels() -> None:
     cut_by_label = cut_cloud(cloud)
     assert cut_by_label is not None
     (_, _, segment), *_ = cut_by_label
-    assert segment.labels is None and segment.label_column is None
+    assert segment.labels is None
     assert segment.normals is not None and len(segment.points) == len(segment.normals) == 300
     assert cut_cloud(segment) is None
 

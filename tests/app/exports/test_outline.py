@@ -30,7 +30,7 @@ def _points(name: str) -> Array:
 
 
 def recognised(name: str) -> Recognition:
-    found = recognize(_points(name), Config(kinds=("plane",)))
+    found = recognize(_points(name), Config(kinds=("plane",), unit="mm"))
     assert found.status == "fitted" and found.extents
     return found
 

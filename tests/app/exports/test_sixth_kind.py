@@ -139,7 +139,7 @@ def test_it_is_meshed(answer: Recognition) -> None:
 
 
 def test_a_cad_kernel_reads_its_face(answer: Recognition, tmp_path: Path) -> None:
-    face = read_back(export(answer, "step"), tmp_path)
+    face = read_back(export(answer, "step", unit="mm"), tmp_path)
     from OCP.BRepCheck import BRepCheck_Analyzer
 
     assert BRepCheck_Analyzer(face).IsValid()

@@ -49,7 +49,7 @@ def recognised(name: str) -> Recognition:
         along = np.arccos(rng.uniform(np.cos(v[1]), np.cos(v[0]), 3000))
     if isinstance(primitive, Cone):
         along = np.sqrt(rng.uniform(v[0] ** 2, v[1] ** 2, 3000))
-    found = recognize(primitive.surface(across, along), Config(kinds=(primitive.kind,)))
+    found = recognize(primitive.surface(across, along), Config(kinds=(primitive.kind,), unit="mm"))
     assert found.status == "fitted"
     return found
 

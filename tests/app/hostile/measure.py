@@ -14,7 +14,14 @@ import sys
 from functools import cache
 from typing import Any
 
-from primfit.app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, read
+from primfit.app.readers import (
+    InvalidPointsError,
+    Limits,
+    TooLargeError,
+    UnreadableFileError,
+    read,
+    without_missing,
+)
 from tests.paths import ROOT
 
 LIMITS = Limits(points=5_000_000, json_points=200_000, unpacked_bytes=64 * 2**20)
@@ -82,7 +89,7 @@ def _read(data: bytes) -> dict[str, Any]:
     peak = _peak()
     found: dict[str, Any] = {"error": "nothing", "message": ""}
     try:
-        read(data, LIMITS)
+        without_missing(read(data, LIMITS), "error")
     except UnreadableFileError as error:
         found = {"error": type(error).__name__, "field": error.field, "message": error.message}
     except BaseException as error:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from primfit.app.readers import Limits, UnreadableFileError, las_header, read
+from primfit.app.readers import Limits, Pick, UnreadableFileError, las_header, read, without_missing
 from tests.app.readers.written import GRID, OFFSET, POINTS, STEP, e57, las, laz, npy, npz, pcd, ply, records
 
 LABELS = np.arange(len(POINTS)) // 7
@@ -78,11 +78,11 @@ def test_every_point_format_of_las_is_read(format: int) -> None:
 def test_files_of_laszip_are_read(name: str) -> None:
     """Written by LASzip 3.5 from the same points, with a classification and extra bytes."""
     data = Path(__file__).with_name("laszip").joinpath(name).read_bytes()
-    cloud = read(data, labels="auto")
+    cloud = read(data, pick=Pick("auto"))
     np.testing.assert_array_equal(cloud.points, POINTS)
     np.testing.assert_array_equal(cloud.labels, np.arange(60) // 5)
     assert cloud.label_column == "segment"
-    np.testing.assert_array_equal(read(data, labels="classification").labels, LABELS)
+    np.testing.assert_array_equal(read(data, pick=Pick("classification")).labels, LABELS)
 
 
 def test_a_las_with_extended_records_is_read() -> None:
@@ -136,7 +136,7 @@ def test_a_turned_scan_is_moved_by_its_pose() -> None:
 
 
 def test_invalid_points_of_an_e57_are_left_out() -> None:
-    cloud = read(e57(POINTS, cartesianInvalidState=LABELS % 3, rowIndex=LABELS), labels="rowIndex")
+    cloud = read(e57(POINTS, cartesianInvalidState=LABELS % 3, rowIndex=LABELS), pick=Pick("rowIndex"))
     np.testing.assert_array_equal(cloud.points, POINTS[LABELS % 3 == 0])
     np.testing.assert_array_equal(cloud.labels, LABELS[LABELS % 3 == 0])
 
@@ -145,12 +145,10 @@ def test_an_organised_pcd_is_read_without_its_empty_returns() -> None:
     holes = POINTS.copy()
     holes[::4] = np.nan
     for encoding in ("ascii", "binary", "binary_compressed"):
-        cloud = read(pcd(holes, encoding, label=LABELS), labels="auto")
+        cloud = without_missing(read(pcd(holes, encoding, label=LABELS), pick=Pick("auto")))
         np.testing.assert_allclose(cloud.points, np.delete(POINTS, np.s_[::4], axis=0), rtol=1e-15)
         np.testing.assert_array_equal(cloud.labels, np.delete(LABELS, np.s_[::4]))
-    holes[5, 1] = np.nan
-    with pytest.raises(UnreadableFileError, match="1 coordinates"):
-        read(pcd(holes))
+        assert cloud.dropped == {"not_finite": 15, "zero": 0}
 
 
 LABELLED = {
@@ -171,7 +169,7 @@ LABELLED = {
 @pytest.mark.parametrize("write", LABELLED.values(), ids=LABELLED)
 @pytest.mark.parametrize("wanted", ["auto", "label"])
 def test_labels_are_found(write: Callable[[], bytes], wanted: str) -> None:
-    cloud = read(write(), labels=wanted)
+    cloud = read(write(), pick=Pick(wanted))
     np.testing.assert_array_equal(cloud.labels, LABELS)
     assert cloud.labels is not None and cloud.labels.dtype == np.int64
     assert cloud.label_column == "label"
@@ -182,13 +180,13 @@ def test_labels_are_found(write: Callable[[], bytes], wanted: str) -> None:
 def test_the_classification_of_a_las_is_a_label_when_asked_for() -> None:
     for version, format in (("1.2", 0), ("1.4", 6)):
         data = las(version=version, format=format, classification=LABELS.astype("u1"))
-        np.testing.assert_array_equal(read(data, labels="classification").labels, LABELS)
-        assert read(data, labels="auto").labels is None
+        np.testing.assert_array_equal(read(data, pick=Pick("classification")).labels, LABELS)
+        assert read(data, pick=Pick("auto")).labels is None
 
 
 def test_labels_of_64_bits_are_exact() -> None:
     labels = LABELS + 2**62
-    np.testing.assert_array_equal(read(npy(records(POINTS, label=labels)), labels="label").labels, labels)
+    np.testing.assert_array_equal(read(npy(records(POINTS, label=labels)), pick=Pick("label")).labels, labels)
 
 
 UNLABELLED = {
@@ -212,7 +210,7 @@ UNLABELLED = {
 @pytest.mark.parametrize(("write", "field"), UNLABELLED.values(), ids=UNLABELLED)
 def test_labels_that_are_missing_or_no_integers_are_refused(write: Callable[[], bytes], field: str) -> None:
     with pytest.raises(UnreadableFileError) as caught:
-        read(write(), labels="segment")
+        read(write(), pick=Pick("segment"))
     assert caught.value.field == field
 
 
@@ -263,7 +261,7 @@ def test_lists_of_one_length_may_stand_in_the_vertices_of_a_ply() -> None:
     for text in (False, True):
         for i in range(60):
             table["ring"][i] = np.array([i, i + 1], "i4")
-        cloud = read(ply((table, "vertex"), text=text), labels="auto")
+        cloud = read(ply((table, "vertex"), text=text), pick=Pick("auto"))
         np.testing.assert_array_equal(cloud.points, POINTS)
         np.testing.assert_array_equal(cloud.labels, LABELS)
         table["ring"][30] = np.array([1, 2, 3], "i4")
@@ -327,7 +325,9 @@ def test_mutated_files_are_read_or_refused_and_never_crash(data: st.DataObject) 
         end = start + data.draw(st.integers(0, 20))
         whole[start:end] = data.draw(st.binary(max_size=20) | st.just(b"\xff" * 8))
     with suppress(UnreadableFileError):
-        assert np.isfinite(read(bytes(whole), Limits(points=1000, unpacked_bytes=2**20)).points).all()
+        assert np.isfinite(
+            without_missing(read(bytes(whole), Limits(points=1000, unpacked_bytes=2**20))).points
+        ).all()
 
 
 @pytest.mark.parametrize("change", [("<f8", "<f4"), ("<f8", ">f8"), ("False", "True ")])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from primfit.app.readers import UnreadableFileError, read
+from primfit.app.readers import Pick, UnreadableFileError, read
 
 POINTS = np.random.default_rng(6).normal(size=(20, 3)) * 100.0 + [1e6, -2e6, 3.0]
 ROWS = [" ".join(map(repr, row)) for row in POINTS.tolist()]
@@ -51,7 +51,7 @@ LABELLED = {
 
 @pytest.mark.parametrize(("text", "labels", "expected"), LABELLED.values(), ids=LABELLED)
 def test_labels_are_read(text: bytes, labels: str, expected: list[int] | list[str]) -> None:
-    cloud = read(text, labels=labels)
+    cloud = read(text, pick=Pick(labels))
     assert cloud.labels is not None
     assert cloud.labels.tolist() == expected
     assert cloud.labels.dtype == (np.int64 if isinstance(expected[0], int) else object)
@@ -75,18 +75,18 @@ def test_labels_are_read(text: bytes, labels: str, expected: list[int] | list[st
 )
 def test_labels_that_cannot_be_are_refused(text: bytes, labels: str) -> None:
     with pytest.raises(UnreadableFileError) as caught:
-        read(text, labels=labels)
+        read(text, pick=Pick(labels))
     assert caught.value.field == "labels"
 
 
 def test_labels_that_need_not_be_there_may_be_missing() -> None:
-    assert read(b"x,y,z,height\n1,2,3,4\n", labels="auto").labels is None
-    assert read(b"1,2,3,4\n", labels="auto").labels is None
+    assert read(b"x,y,z,height\n1,2,3,4\n", pick=Pick("auto")).labels is None
+    assert read(b"1,2,3,4\n", pick=Pick("auto")).labels is None
 
 
 def test_a_row_without_its_label_is_named() -> None:
     with pytest.raises(UnreadableFileError) as caught:
-        read(b"1 2 3 wall\n4 5 6\n", labels="4")
+        read(b"1 2 3 wall\n4 5 6\n", pick=Pick("4"))
     assert caught.value.field == "line 2"
 
 
@@ -102,7 +102,7 @@ WRITTEN = {
     "decimal commas between spaces": "1,5 2,0 3,0\n4,0 5,0 6,0\n7,0 8,0 9,0\n",
     "decimal commas between tabs": "1,5\t2\t3\n4\t5\t6\n7\t8\t9\n",
     "tabs and spaces": "1.5\t 2  3\n4\t 5  6\n7\t 8  9\n",
-    "units below the header": "x,y,z\n[mm],(mm),\u00b5m\n1.5,2,3\n4,5,6\n7,8,9\n",
+    "units below the header": "x,y,z\n[mm],(mm),mm\n1.5,2,3\n4,5,6\n7,8,9\n",
     "titles above the header": "Scan 12 of hall 3\nJuly\nx,y,z\n1.5,2,3\n4,5,6\n7,8,9\n",
     "a title alone": "Hall 3\n1.5 2 3\n4 5 6\n7 8 9\n",
     "what a spreadsheet says first": 'sep=;\n"X";"Y";"Z"\n1.5;2;3\n4;5;6\n7;8;9\n',
@@ -124,7 +124,7 @@ def test_utf_16_is_read_in_either_order_of_bytes() -> None:
 
 def test_the_receipt_tells_the_columns_behind_an_index_by_number() -> None:
     assert read(WRITTEN["an index"].encode()).columns == ("2", "3", "4")
-    assert read(WRITTEN["an index"].encode(), labels="1").labels.tolist() == [1, 2, 3]  # type: ignore[union-attr]
+    assert read(WRITTEN["an index"].encode(), pick=Pick("1")).labels.tolist() == [1, 2, 3]  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize(
@@ -154,6 +154,6 @@ def test_whole_numbers_whose_second_ones_have_signs_are_columns() -> None:
 
 
 def test_labels_with_decimal_commas_stay_as_they_are() -> None:
-    cloud = read(b"x;y;z;part\n1,5;2;3;a,b\n4;5;6;7,5\n", labels="part")
+    cloud = read(b"x;y;z;part\n1,5;2;3;a,b\n4;5;6;7,5\n", pick=Pick("part"))
     assert cloud.labels is not None and cloud.labels.tolist() == ["a,b", "7,5"]
     np.testing.assert_array_equal(cloud.points, NINE[:2])

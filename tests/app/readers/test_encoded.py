@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from primfit.app.readers import Limits, TooLargeError, UnreadableFileError, read
+from primfit.app.readers import Limits, Pick, TooLargeError, UnreadableFileError, read
 from primfit.app.readers.encoded import DTYPES
 
 POINTS = np.random.default_rng(8).normal(size=(40, 3)) * 100.0 + [1e6, -2e6, 3.0]
@@ -58,16 +58,16 @@ def test_what_stands_beside_the_points_is_read(encoded: bool) -> None:
 def test_labels_are_read_when_asked_for(labels: Any) -> None:
     body = _body(points=POINTS.tolist(), labels=labels)
     for wanted in ("auto", "labels"):
-        cloud = read(body, labels=wanted)
+        cloud = read(body, pick=Pick(wanted))
         assert cloud.labels is not None
         assert cloud.labels.tolist() == (list(range(40)) if isinstance(labels, dict) else labels)
         assert cloud.label_column == "labels"
         assert cloud.labels.dtype in (np.int64, object)
     assert read(body).labels is None
-    with pytest.raises(UnreadableFileError, match="no column of this name"):
-        read(body, labels="segment")
-    with pytest.raises(UnreadableFileError, match="no column of this name"):
-        read(_body(points=POINTS.tolist()), labels="labels")
+    with pytest.raises(UnreadableFileError, match="there is no such column"):
+        read(body, pick=Pick("segment"))
+    with pytest.raises(UnreadableFileError, match="there is no such column"):
+        read(_body(points=POINTS.tolist()), pick=Pick("labels"))
 
 
 def test_arrays_are_limited_like_files_and_rows_like_json() -> None:

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from trimesh.transformations import random_rotation_matrix
 
-from primfit.app.readers import Cloud, UnreadableFileError, read
+from primfit.app.readers import Cloud, Pick, UnreadableFileError, read
 from primfit.app.readers.obj import is_obj
 from primfit.app.readers.stl import is_stl
 
@@ -109,9 +109,9 @@ def test_repeats_are_merged_in_the_order_of_their_first_appearance() -> None:
 
 
 def test_a_mesh_has_no_labels() -> None:
-    with pytest.raises(UnreadableFileError, match="no column of this name"):
-        read(_export(BALL, "stl"), labels="segment")
-    assert read(_export(BALL, "stl"), labels="auto").labels is None
+    with pytest.raises(UnreadableFileError, match="a mesh has no labels"):
+        read(_export(BALL, "stl"), pick=Pick("segment"))
+    assert read(_export(BALL, "stl"), pick=Pick("auto")).labels is None
 
 
 TABLES = [

@@ -14,7 +14,14 @@ import zstandard
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from primfit.app.readers import InvalidPointsError, Limits, TooLargeError, UnreadableFileError, read
+from primfit.app.readers import (
+    InvalidPointsError,
+    Limits,
+    TooLargeError,
+    UnreadableFileError,
+    read,
+    without_missing,
+)
 
 POINTS = np.random.default_rng(3).normal(size=(50, 3)) * 100.0 + [1e6, -2e6, 3.0]
 
@@ -130,7 +137,7 @@ BROKEN = {
     "npz": (b"PK\x03\x04" + bytes(400), "file"),
     "pickle": (b"\x80\x04\x95" + bytes(40), "file"),
     "two columns": (b"1,2\n3,4\n", "file"),
-    "header without z": (b"x,y,height\n1,2,3\n", "header"),
+    "header without z": (b"x,y,depth\n1,2,3\n", "header"),
     "header with two x": (b"x,X,y,z\n1,2,3,4\n", "header"),
     "header shorter than rows": (b"x,y,z\n1,2,3,4\n", "header"),
     "decimal comma and point": (b"x;y;z\n1,5;2,5;3.5\n", "file"),
@@ -142,10 +149,6 @@ BROKEN = {
     "word": (b"1,2,3\n4,five,6\n", "line 2, column 2"),
     "empty cell": (b"1,2,3\n,5,6\n", "line 2, column 1"),
     "underscore in a number": (b"1,2,3\n1_000,5,6\n", "line 2, column 1"),
-    "nan in text": (b"1,2,3\n4,nan,6\n", "points[1][1]"),
-    "infinity in text": (b"1,2,3\n4,5,-inf\n", "points[1][2]"),
-    "overflow in text": (b"1,2,3\n1e400,5,6\n", "points[1][0]"),
-    "nan in npy": (_npy(np.array([[1, 2, 3], [4, 5, np.nan]])), "points[1][2]"),
     "endless line": (b"1 " * 100_000, "line 1"),
     "npy one byte short": (NPY[:-1], "file"),
     "npy one byte long": (NPY + b"\0", "file"),
@@ -157,7 +160,7 @@ BROKEN = {
     "npy of one dimension": (_npy(np.ones(9)), "shape"),
     "npy of two columns": (_npy(np.ones((9, 2))), "shape"),
     "npy transposed": (_npy(np.ones((3, 50))), "shape"),
-    "npy of three dimensions": (_npy(np.ones((3, 3, 3))), "shape"),
+    "npy of four dimensions": (_npy(np.ones((3, 3, 3, 3))), "shape"),
     "npy claiming 10^12 points": (_npy_claiming((10**12, 3)), "file"),
     "npy claiming 10^30 points": (_npy_claiming((10**30, 3)), "file"),
     "npy with a negative length": (_npy_claiming((-50, 3)), "shape"),
@@ -228,7 +231,7 @@ def test_mutated_files_are_read_or_refused_and_never_crash(data: st.DataObject) 
         letters = st.text('0123456789-+e., \n#ply[]{}:"', max_size=20).map(str.encode)
         whole[start:end] = data.draw(st.binary(max_size=20) | letters)
     with suppress(UnreadableFileError):
-        assert np.isfinite(read(bytes(whole), limits=Limits(points=1000)).points).all()
+        assert np.isfinite(without_missing(read(bytes(whole), limits=Limits(points=1000))).points).all()
 
 
 def test_npy_of_python_2_is_read_without_a_warning() -> None:

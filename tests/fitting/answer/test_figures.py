@@ -38,6 +38,7 @@ def test_figures_are_those_of_numpy(n: int, reach: float) -> None:
         distance.max(),
         np.ptp(signed),
         np.sqrt(np.mean(near**2)),
+        np.ptp(signed[belongs] if belongs.any() else signed),
         belongs.mean(),
     )
     np.testing.assert_allclose(figures(signed, judged, reach, 0.95), expected, rtol=1e-13)

@@ -1,0 +1,254 @@
+"""Which columns of a table are the coordinates, the normals and the labels, and in which unit they are."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from primfit.fitting.errors import InvalidOptionError
+from primfit.fitting.names import Unit
+
+from .errors import UnreadableFileError, describe
+from .units import agreed_unit, unit_in
+
+_ALIASES = {
+    "x": ("x", "px", "pos_x", "pointx", "point_x", "coord_x", "points:0", "points_0"),
+    "y": ("y", "py", "pos_y", "pointy", "point_y", "coord_y", "points:1", "points_1"),
+    "z": ("z", "pz", "pos_z", "pointz", "point_z", "coord_z", "points:2", "points_2"),
+    "nx": ("nx", "normal_x", "normalx", "normals:0", "normals_0"),
+    "ny": ("ny", "normal_y", "normaly", "normals:1", "normals_1"),
+    "nz": ("nz", "normal_z", "normalz", "normals:2", "normals_2"),
+}
+# Names of surveyors, which beside x, y and z are something else.
+_SURVEYED = {"easting": "x", "northing": "y", "elevation": "z", "height": "z"}
+AUTO_LABELS = "auto"
+_LABELS = ("label", "labels", "segment", "segment_id", "segments", "instance", "instance_id", "instances")
+_XYZ, _NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
+_NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in aliases}
+_NAME_LENGTH, _LISTED = 40, 12
+# A first column of fewer numbers may count up by accident.
+_COUNTING = 3
+
+
+@dataclass(frozen=True)
+class Pick:
+    """Which columns are asked for.
+
+    Attributes
+    ----------
+    labels : name of the column that tells segments apart, or its number from 1 where columns have no names;
+        `AUTO_LABELS` for one of the usual names, if there is one; None for none
+    columns : those of x, y and z, and perhaps of nx, ny and nz, each by its name or its number from 1; None
+        to find them by their names
+    """
+
+    labels: str | None = None
+    columns: tuple[str | int, ...] | None = None
+
+
+FOUND = Pick()
+"""Coordinates are found by their names, and labels are not asked for."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Positions of x, y, z and, where present, nx, ny, nz in a table, and their names in the file.
+
+    `label` and `label_name` are those of the column of labels, where it is asked for and there; `unit` is
+    that of the coordinates, where their names tell it; `warnings` say where they tell one that is unknown.
+    """
+
+    names: tuple[str, ...]
+    points: tuple[int, ...]
+    normals: tuple[int, ...] = ()
+    label: int | None = None
+    label_name: str | None = None
+    unit: Unit | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def used(self) -> tuple[int, ...]:
+        return self.points + self.normals
+
+    @property
+    def wanted(self) -> tuple[int, ...]:
+        """Those used, and that of the labels."""
+        return self.used if self.label is None else (*self.used, self.label)
+
+    def packed(self) -> "Columns":
+        """The same columns in a table that holds only the used ones, in their order."""
+        return replace(self, points=(0, 1, 2), normals=(3, 4, 5) if self.normals else ())
+
+    def in_unit(self, told: Sequence[str]) -> "Columns":
+        """The same columns, of which these texts tell the units."""
+        unit, warnings = agreed_unit(told)
+        return replace(self, unit=unit or self.unit, warnings=self.warnings + warnings)
+
+
+XYZ = Columns(_XYZ, (0, 1, 2))
+
+
+def as_columns(given: object) -> tuple[str | int, ...] | None:
+    """The option `columns`: three names or numbers from 1, or six with normals; `2,3,4` in a text.
+
+    Raises `InvalidOptionError` for anything else.
+    """
+    if given is None:
+        return None
+    if isinstance(given, str):
+        given = [name.strip() for name in given.split(",")]
+    if not isinstance(given, Iterable) or isinstance(given, bytes | dict):
+        raise _no_columns("not a list")
+    names = tuple(given)
+    if len(names) not in (3, 6):
+        raise _no_columns(f"{len(names)} of them")
+    for name in names:
+        if isinstance(name, bool) or not isinstance(name, str | int):
+            raise _no_columns("one is neither a name nor a number")
+        if not str(name).strip() or name == 0 or (isinstance(name, int) and name < 0):
+            raise _no_columns("one is empty, or less than 1")
+    if len(set(map(str, names))) < len(names):
+        raise _no_columns("one is named twice")
+    return names
+
+
+def _no_columns(found: str) -> InvalidOptionError:
+    wanted = "three names or numbers from 1 are needed, of x, y and z, or six with those of the normals"
+    return InvalidOptionError(f"columns: {found}; {wanted}", "columns")
+
+
+def canonical(name: str) -> str | None:
+    """Which of x, y, z, nx, ny, nz a column name means: `X [mm]`, `//X` and `point_x` all mean x."""
+    return _NAME_OF.get(_bare(name))
+
+
+def _bare(name: str) -> str:
+    bare = re.sub(r"[\[(].*$", "", name.strip().strip("\"'").lstrip("/#").strip()).strip().lower()
+    return bare.replace(" ", "_")
+
+
+def find_columns(names: Sequence[str], pick: Pick = FOUND) -> Columns:
+    """The columns of a table whose columns have names: those picked, or by what their names mean.
+
+    Raises `UnreadableFileError` where there is no such column, or several may be meant.
+    """
+    if pick.columns is None:
+        places = _places(names)
+        indices = [places[name] for name in (_XYZ + _NORMAL if places.keys() >= set(_NORMAL) else _XYZ)]
+    else:
+        indices = [_picked(names, each) for each in pick.columns]
+        if len(set(indices)) < len(indices):
+            raise UnreadableFileError("columns", "two of these columns are the same")
+    used = tuple(names[i].strip()[:_NAME_LENGTH] for i in indices)
+    label = find_label(names, pick.labels)
+    label_name = None if label is None else names[label].strip()[:_NAME_LENGTH]
+    columns = Columns(used, tuple(indices[:3]), tuple(indices[3:]), label, label_name)
+    return columns.in_unit([unit_in(names[i]) for i in indices[:3]])
+
+
+def number_columns(width: int, pick: Pick = FOUND, first: int = 0) -> Columns:
+    """The columns of a table that has no names, where each is known by its number from 1.
+
+    Those of x, y and z are three in a row; `first` is the position of x.
+    """
+    if width < 3:
+        raise UnreadableFileError("file", f"rows hold {width} values; a point needs x, y and z")
+    numbers = [str(number) for number in range(1, width + 1)]
+    if pick.columns is not None:
+        return find_columns(numbers, pick)
+    label = None if pick.labels in (None, AUTO_LABELS) else find_label(numbers, pick.labels)
+    label_name = None if label is None else pick.labels
+    places = tuple(range(first, first + 3))
+    names = tuple(numbers[i] for i in places) if first else _XYZ
+    return Columns(names, places, (), label, label_name)
+
+
+def is_index(values: ArrayLike) -> bool:
+    """Whether the numbers of a first column (N,) are an index: whole ones, each one more than the last."""
+    numbers = np.asarray(values)
+    if len(numbers) < _COUNTING:
+        return False
+    with np.errstate(all="ignore"):
+        return bool(numbers[0] == np.rint(numbers[0]) and (numbers[1:] - numbers[:-1] == 1).all())
+
+
+def check_no_columns(pick: Pick, what: str) -> None:
+    """Raise `UnreadableFileError` where columns or labels are asked for of something that has none."""
+    if pick.columns is not None:
+        raise UnreadableFileError("columns", f"{what} has no columns to choose from")
+    if pick.labels not in (None, AUTO_LABELS):
+        raise UnreadableFileError("labels", f"{what} has no labels")
+
+
+def find_label(names: Sequence[str], wanted: str | None) -> int | None:
+    """The position of the column of labels: the wanted one by its name, or one of the usual names.
+
+    Raises `UnreadableFileError` where no column has the wanted name, or several may be meant.
+    """
+    if wanted is None:
+        return None
+    if wanted == AUTO_LABELS:
+        found = [i for i, name in enumerate(names) if _bare(name) in _LABELS]
+    else:
+        found = _named(names, wanted)
+        if not found:
+            raise _unknown("labels", names, wanted)
+    if len(found) > 1:
+        raise UnreadableFileError("labels", f"{len(found)} columns may be the labels; name one of them")
+    return found[0] if found else None
+
+
+def _named(names: Sequence[str], wanted: str) -> list[int]:
+    """Columns of this very name, or else those of a name that means the same."""
+    found = [i for i, name in enumerate(names) if name.strip() == wanted.strip()]
+    return found or [i for i, name in enumerate(names) if _bare(name) == _bare(wanted)]
+
+
+def _picked(names: Sequence[str], wanted: str | int) -> int:
+    """The position of a column by its name, or by its number from 1."""
+    found = _named(names, wanted) if isinstance(wanted, str) else []
+    if len(found) > 1:
+        raise UnreadableFileError("columns", f"{len(found)} columns have this name; give the number of one")
+    if found:
+        return found[0]
+    number = int(wanted) if isinstance(wanted, int) or re.fullmatch(r"\d{1,9}", wanted) else 0
+    if not 1 <= number <= len(names):
+        raise _unknown("columns", names, wanted)
+    return number - 1
+
+
+def _unknown(field: str, names: Sequence[str], wanted: str | int) -> UnreadableFileError:
+    message = f"there is no such column; the {len(names)} columns are {listed(names)}"
+    return UnreadableFileError(field, message, describe(wanted))
+
+
+def listed(names: Sequence[str]) -> str:
+    """The names of columns for a message: the first of them, cut, unnamed ones by their numbers."""
+    shown = [name.strip()[:_NAME_LENGTH] or f"({i})" for i, name in enumerate(names[:_LISTED], 1)]
+    return ", ".join(shown) + (", ..." if len(names) > _LISTED else "")
+
+
+def _places(names: Sequence[str]) -> dict[str, int]:
+    """Where x, y and z stand, and nx, ny and nz where they are there."""
+    places: dict[str, list[int]] = {}
+    for index, name in enumerate(names):
+        meaning = canonical(name)
+        if meaning is not None:
+            places.setdefault(meaning, []).append(index)
+    for index, name in enumerate(names):
+        meaning = _SURVEYED.get(_bare(name))
+        if meaning is not None and meaning not in map(canonical, names):
+            places.setdefault(meaning, []).append(index)
+    for meaning, found in places.items():
+        if len(found) > 1:
+            raise UnreadableFileError("header", f"{len(found)} columns are named {meaning}; keep one of them")
+    missing = [name for name in _XYZ if name not in places]
+    if missing:
+        raise UnreadableFileError(
+            "header",
+            f"no column named {', '.join(missing)} among {listed(names)}; say which are x, y and z: "
+            "columns=NAME,NAME,NAME, or by their numbers from 1",
+        )
+    return {meaning: index for meaning, (index,) in places.items()}
