@@ -45,6 +45,7 @@ _SIGNATURES = {
     b"PK\x05\x06": read_npz,
     b"ply\n": read_ply,
     b"ply\r": read_ply,
+    b"ply ": read_ply,
     b"# .PCD": read_pcd,
     b"LASF": read_las,
     b"ASTM-E57": read_e57,

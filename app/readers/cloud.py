@@ -34,6 +34,9 @@ class Cloud:
     `options`, and `weights` or `standard_deviations` (N,), stood beside the points: JSON may hold them. The
     options are not checked yet, and of the others only that they are numbers. `labels` (N,), integers or
     strings, tell the segments of a scan apart; `label_column` is the name of their column in the file.
+
+    `missing` counts the points that the reader has left out because the format marks them as missing:
+    `not_finite`, and `zero` where its sensors write zeros. `warnings` are sentences on what else was odd.
     """
 
     points: Array
@@ -45,6 +48,8 @@ class Cloud:
     standard_deviations: Array | None = None
     labels: NDArray[Any] | None = None
     label_column: str | None = None
+    missing: Mapping[str, int] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,16 @@ _PIECE = 4 * _LINE_LIMIT
 # Bad rows are counted this far: to count millions takes seconds.
 COUNTED = 10_000
 _BOM = b"\xef\xbb\xbf"
+_HEAD = 1024 * 1024
+# What stands before a cell, and what behind it.
+_BEFORE, _BEHIND = rb"(?<![^\s,;|\"])", rb"(?![^\s,;|\"])"
+# Not a number, and infinity, as C of Microsoft writes them: `1.#QNAN0`, `-nan(ind)`, `1.#INF00`.
+_NO_NUMBER = re.compile(rb"(?i)%b[+-]?(?:1\.#(?:QNAN|SNAN|IND)\w*|nan\(\w*\))%b" % (_BEFORE, _BEHIND))
+_INFINITY = re.compile(rb"(?i)%b([+-]?)1\.#INF\w*%b" % (_BEFORE, _BEHIND))
+# A number in double precision as Fortran writes it, `1.234D+01`; a bare `12D4` may be a name.
+_MANTISSA = rb"[+-]?(?:\d+\.\d*|\.\d+|\d+(?=[dD][+-]))"
+_FORTRAN = re.compile(rb"%b(%b)[dD]([+-]?\d{1,3})%b" % (_BEFORE, _MANTISSA, _BEHIND))
+_EXPONENT = re.compile(rb"[dD][+-]?\d")
 
 Rows = Callable[[], Iterator[tuple[int, str]]]
 
@@ -28,6 +38,18 @@ def check_lines(data: memoryview) -> None:
             raise UnreadableFileError(f"line {number}", "the line is over 64 KiB long")
         start += end
         number += piece.count(b"\n", 0, end)
+
+
+def plain_numbers(text: bytes) -> bytes:
+    """A text whose numbers are spelt so that Python reads them, whatever program wrote them.
+
+    Numbers with the exponent D are looked for in the first MiB: who writes them so, writes all of them so.
+    """
+    if b".#" in text or b"nan(" in text or b"NAN(" in text:
+        text = _INFINITY.sub(rb"\1inf", _NO_NUMBER.sub(b"nan", text))
+    if (b"D" in text or b"d" in text) and _EXPONENT.search(text, 0, _HEAD):
+        text = _FORTRAN.sub(rb"\1e\2", text)
+    return text
 
 
 def decoded(text: bytes) -> str:

@@ -1,6 +1,7 @@
 """The binary formats give the points of the NPY array, and the normals and labels beside them."""
 
 import io
+import struct
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from primfit.app.readers import Limits, UnreadableFileError, las_header, read
+from primfit.app.readers import ply as ply_reader
 from tests.app.readers.written import GRID, OFFSET, POINTS, STEP, e57, las, laz, npy, npz, pcd, ply, records
 
 LABELS = np.arange(len(POINTS)) // 7
@@ -256,19 +258,99 @@ def test_an_npz_that_leaves_a_choice_is_refused(data: bytes) -> None:
         read(data)
 
 
-def test_lists_of_one_length_may_stand_in_the_vertices_of_a_ply() -> None:
-    table = np.empty(60, [("ring", "O"), *((name, "f8") for name in "xyz"), ("label", "i4")])
+@pytest.mark.parametrize("lengths", [np.full(60, 2), LABELS % 4], ids=["of one length", "of any length"])
+@pytest.mark.parametrize("text", [False, True])
+def test_lists_may_stand_in_and_before_the_vertices_of_a_ply(lengths: np.ndarray, text: bool) -> None:
+    """Views and their weights among the coordinates, as photogrammetry writes them, behind uneven faces."""
+    names = [("x", "f8"), ("views", "O"), ("y", "f8"), ("weights", "O"), ("z", "f8"), ("label", "i4")]
+    table, faces = np.empty(60, names), np.empty(40, [("corners", "O")])
     for name, values in zip(("x", "y", "z", "label"), (*POINTS.T, LABELS), strict=True):
         table[name] = values
-    for text in (False, True):
-        for i in range(60):
-            table["ring"][i] = np.array([i, i + 1], "i4")
-        cloud = read(ply((table, "vertex"), text=text), labels="auto")
-        np.testing.assert_array_equal(cloud.points, POINTS)
-        np.testing.assert_array_equal(cloud.labels, LABELS)
-        table["ring"][30] = np.array([1, 2, 3], "i4")
+    for i, length in enumerate(lengths):
+        table["views"][i] = np.arange(length, dtype="i4")
+        table["weights"][i] = np.ones(length + i % 2, "f4")
+    for i in range(40):
+        faces["corners"][i] = np.arange(3 + i % 2, dtype="i4")
+    data = ply((faces, "face"), (table, "vertex"), text=text)
+    cloud = read(data, labels="auto")
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    np.testing.assert_array_equal(cloud.labels, LABELS)
+    for broken in (data[:-5], data.replace(b"element vertex 60", b"element vertex 61")):
         with pytest.raises(UnreadableFileError):
-            read(ply((table, "vertex"), text=text))
+            read(broken)
+
+
+LISTS = (
+    b"ply\nformat %s 1.0\nelement vertex 2\nproperty char x\nproperty list char uchar v\n"
+    b"property char y\nproperty char z\nend_header\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (b"1 2 9 9 2 3\n4 0 5 6\n", None),
+        (b"1 2 9 9 2 3\n4 1 5 6\n", "as long as its lists"),
+        (b"1 2 9 9 2 3\n4 -1 5 6\n", "start with its length"),
+        (b"1 2 9 9 2 3\n4 0 5 6 7\n", "as long as its lists"),
+        (b"1 2 9 9 2 3\n", "announces 2 rows"),
+    ],
+)
+def test_rows_of_an_ascii_ply_are_as_long_as_their_lists(rows: bytes, said: str | None) -> None:
+    data = LISTS % b"ascii" + rows
+    if said is None:
+        np.testing.assert_array_equal(read(data).points, [[1, 2, 3], [4, 5, 6]])
+        return
+    with pytest.raises(UnreadableFileError, match=said):
+        read(data)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (b"\1\2xx\2\3\4\0\5\6", None),
+        (b"\1\2xx\2\3\4\xff\5\6", "negative length"),
+        (b"\1\2xx\2\3\4\1\5\6", "ends within"),
+        (b"\1\x7fxx\2\3\4\0\5\6", "ends within"),
+        (b"\1\2xx\2\3\4\0\5\6abcd", "4 bytes follow"),
+        (b"\1\2xx\2\3", "which need 8 bytes"),
+    ],
+)
+def test_rows_of_a_binary_ply_are_as_long_as_their_lists(rows: bytes, said: str | None) -> None:
+    data = LISTS % b"binary_little_endian" + rows
+    if said is None:
+        np.testing.assert_array_equal(read(data).points, [[1, 2, 3], [4, 5, 6]])
+        return
+    with pytest.raises(UnreadableFileError, match=said):
+        read(data)
+
+
+def test_lists_of_a_ply_are_read_in_either_order_of_bytes() -> None:
+    head = LISTS.replace(b"char x", b"double x").replace(b"list char uchar", b"list ushort float")
+    for order, name in (("<", b"binary_little_endian"), (">", b"binary_big_endian")):
+        rows = struct.pack(f"{order}dH300fbbdHbb", 1.5, 300, *[7.0] * 300, 2, 3, 4.5, 0, 5, 6)
+        np.testing.assert_array_equal(read(head % name + rows).points, [[1.5, 2, 3], [4.5, 5, 6]])
+
+
+def test_rows_of_lists_are_stepped_over_up_to_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ply_reader, "_LISTS_LIMIT", 1)
+    with pytest.raises(UnreadableFileError, match="2 rows of lists"):
+        read(LISTS % b"binary_little_endian" + b"\1\2xx\2\3\4\0\5\6")
+
+
+@pytest.mark.parametrize("end", [b"\r", b"\r\n", b"\n"], ids=["old Mac", "Windows", "Unix"])
+@pytest.mark.parametrize("x", [1, 10, 13, 2570, 3338])
+def test_lines_of_a_ply_end_as_its_first_one(end: bytes, x: int) -> None:
+    """Behind the header of a binary one stand bytes that may be ends of lines themselves."""
+    head = (
+        "ply \nformat  binary_little_endian   1.0 \ncomment in \u00c5 by me\nelement vertex 2\n"
+        "property short x\nproperty short y\nproperty short z\nend_header \t\n"
+    ).encode()
+    points = np.array([[x, 2, 3], [4, 5, 6]])
+    binary = head.replace(b"\n", end) + points.astype("<i2").tobytes()
+    np.testing.assert_array_equal(read(binary).points, points)
+    text = head.replace(b"binary_little_endian", b"ascii") + b"%d 2 3\n4 5 6\n" % x
+    np.testing.assert_array_equal(read(text.replace(b"\n", end)).points, points)
 
 
 def test_a_missing_pye57_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
