@@ -20,6 +20,7 @@ from .obj import is_obj, read_obj
 from .packed import CODINGS, coding_of, unpack
 from .pcd import is_pcd, read_pcd
 from .ply import read_ply
+from .ptx import is_ptx, read_ptx
 from .stl import is_stl, read_stl
 from .text import read_text
 
@@ -52,7 +53,7 @@ _SIGNATURES = {
     b"glTF": read_glb,
 }
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
-_SHAPES = ((is_stl, read_stl), (is_pcd, read_pcd), (is_obj, read_obj))
+_SHAPES = ((is_stl, read_stl), (is_pcd, read_pcd), (is_ptx, read_ptx), (is_obj, read_obj))
 _UNSUPPORTED = {
     b"\x1f\x8b": "compressed twice; one level is unpacked",
     b"\x28\xb5\x2f\xfd": "compressed twice; one level is unpacked",

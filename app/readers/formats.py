@@ -38,6 +38,7 @@ FORMATS = (
     ),
     Format("ply", "x, y, z of the vertices, ascii or binary", (".ply",), ("model/ply", "application/ply")),
     Format("pcd", "fields x, y, z, ascii, binary or binary_compressed", (".pcd",), ()),
+    Format("ptx", "the points of all scans, moved by their poses; rows of 0 0 0 are missing", (".ptx",), ()),
     Format("las", "scaled coordinates of all returns", (".las",), ("application/vnd.las",)),
     Format("laz", "scaled coordinates of all returns", (".laz",), ("application/vnd.laszip",)),
     Format("e57", "cartesian coordinates of all scans; needs the extra e57", (".e57",), ("model/e57",)),
