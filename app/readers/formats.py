@@ -41,7 +41,7 @@ FORMATS = (
     Format("ptx", "the points of all scans, moved by their poses; rows of 0 0 0 are missing", (".ptx",), ()),
     Format("las", "scaled coordinates of all returns", (".las",), ("application/vnd.las",)),
     Format("laz", "scaled coordinates of all returns", (".laz",), ("application/vnd.laszip",)),
-    Format("e57", "cartesian coordinates of all scans; needs the extra e57", (".e57",), ("model/e57",)),
+    Format("e57", "the valid points of all scans; needs the extra e57", (".e57",), ("model/e57",)),
     Format("stl", "the distinct vertices, ascii or binary", (".stl",), ("model/stl",)),
     Format("obj", "the distinct vertices", (".obj",), ("model/obj",)),
     Format("glb", "the distinct vertices of the default scene", (".glb",), ("model/gltf-binary",)),

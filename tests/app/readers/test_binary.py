@@ -16,7 +16,22 @@ from hypothesis import strategies as st
 
 from primfit.app.readers import Limits, UnreadableFileError, las_header, read
 from primfit.app.readers import ply as ply_reader
-from tests.app.readers.written import GRID, OFFSET, POINTS, STEP, e57, las, laz, npy, npz, pcd, ply, records
+from tests.app.readers.written import (
+    CARTESIAN,
+    GRID,
+    OFFSET,
+    POINTS,
+    SPHERICAL,
+    STEP,
+    e57,
+    las,
+    laz,
+    npy,
+    npz,
+    pcd,
+    ply,
+    records,
+)
 
 LABELS = np.arange(len(POINTS)) // 7
 NORMALS = np.tile([0.0, 0.6, -0.8], (len(POINTS), 1))
@@ -141,6 +156,47 @@ def test_invalid_points_of_an_e57_are_left_out() -> None:
     cloud = read(e57(POINTS, cartesianInvalidState=LABELS % 3, rowIndex=LABELS), labels="rowIndex")
     np.testing.assert_array_equal(cloud.points, POINTS[LABELS % 3 == 0])
     np.testing.assert_array_equal(cloud.labels, LABELS[LABELS % 3 == 0])
+    assert cloud.missing == {"not_finite": np.count_nonzero(LABELS % 3)}
+
+
+def _spherical(points: np.ndarray) -> np.ndarray:
+    x, y, z = points.T
+    return np.column_stack([np.linalg.norm(points, axis=1), np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))])
+
+
+def test_spherical_coordinates_of_an_e57_are_turned_into_cartesian_ones() -> None:
+    points = GRID * STEP
+    cloud = read(e57(_spherical(points), systems=[SPHERICAL]))
+    np.testing.assert_allclose(cloud.points, points, rtol=0.0, atol=1e-12)
+    assert cloud.columns == SPHERICAL
+    pose = (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5), 10.0, 20.0, 30.0)
+    scans, systems = (points[:30], _spherical(points[30:])), (CARTESIAN, SPHERICAL)
+    data = e57(*scans, systems=systems, pose=pose, rowIndex=LABELS[:30])
+    np.testing.assert_allclose(read(data).points, read(e57(points, pose=pose)).points, rtol=0.0, atol=1e-12)
+    np.testing.assert_array_equal(read(data, labels="rowIndex").labels, [*LABELS[:30], *LABELS[:30]])
+
+
+def test_invalid_spherical_points_of_an_e57_are_left_out() -> None:
+    points = GRID * STEP
+    cloud = read(e57(_spherical(points), systems=[SPHERICAL], sphericalInvalidState=LABELS % 3))
+    np.testing.assert_allclose(cloud.points, points[LABELS % 3 == 0], rtol=0.0, atol=1e-12)
+    assert cloud.missing == {"not_finite": np.count_nonzero(LABELS % 3)}
+
+
+def test_cartesian_coordinates_are_taken_where_a_scan_of_an_e57_has_both() -> None:
+    """The state of the spherical ones does not count then."""
+    both = np.hstack([POINTS, _spherical(POINTS)])
+    cloud = read(e57(both, systems=[CARTESIAN + SPHERICAL], sphericalInvalidState=LABELS % 3))
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    assert cloud.columns == CARTESIAN
+
+
+def test_a_scan_of_an_e57_without_coordinates_is_named() -> None:
+    data = e57(POINTS, POINTS, systems=[CARTESIAN, ("cartesianX", "cartesianY", "sphericalRange")])
+    with pytest.raises(
+        UnreadableFileError, match="scan 2 of the E57 file holds neither cartesian nor spherical"
+    ):
+        read(data)
 
 
 def test_an_organised_pcd_is_read_without_its_empty_returns() -> None:
