@@ -9,6 +9,7 @@ from pathlib import Path
 from .cloud import Cloud
 from .e57 import read_e57
 from .errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
+from .foreign import foreign_name
 from .formats import FORMATS, NAMES
 from .glb import read_glb
 from .json_points import read_json
@@ -54,13 +55,6 @@ _SIGNATURES = {
 }
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 _SHAPES = ((is_stl, read_stl), (is_pcd, read_pcd), (is_ptx, read_ptx), (is_obj, read_obj))
-_UNSUPPORTED = {
-    b"\x1f\x8b": "compressed twice; one level is unpacked",
-    b"\x28\xb5\x2f\xfd": "compressed twice; one level is unpacked",
-    b"\x80\x03": "a Python pickle",
-    b"\x80\x04": "a Python pickle",
-    b"\x80\x05": "a Python pickle",
-}
 
 
 def read(data: bytes | memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
@@ -84,9 +78,8 @@ def read_unpacked(data: memoryview, limits: Limits = UNLIMITED, labels: str | No
             return reader(data, limits, labels)
     if start.startswith(_UTF_16):
         return read_unpacked(_in_utf_8(data), limits, labels)
-    for signature, name in _UNSUPPORTED.items():
-        if start.startswith(signature):
-            raise UnreadableFileError("file", f"the file is {name}; what is read: {NAMES}")
+    if (name := foreign_name(data)) is not None:
+        raise UnreadableFileError("file", f"the file is {name}; what is read: {NAMES}")
     if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
         return read_json(data, limits, labels)
     for is_one, reader in _SHAPES:
