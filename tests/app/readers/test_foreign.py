@@ -43,7 +43,7 @@ def sqlite() -> bytes:
 
 FOREIGN = {
     "xlsx": (zipped("[Content_Types].xml", "xl/workbook.xml"), "Excel workbook .* save the sheet as CSV"),
-    "xlsx of many sheets": (zipped(*(f"xl/{number}.xml" for number in range(150)), "xl/workbook.xml"), "Excel"),
+    "xlsx of many sheets": (zipped(*(f"xl/{k}.xml" for k in range(150)), "xl/workbook.xml"), "Excel"),
     "docx": (zipped("[Content_Types].xml", "word/document.xml"), "Word document"),
     "3mf": (zipped("[Content_Types].xml", "3D/3dmodel.model"), "3MF .* export the mesh"),
     "kmz": (zipped("doc.kml"), "KMZ"),
