@@ -1,12 +1,12 @@
 """PCD, the format of the Point Cloud Library: ascii, binary and binary_compressed.
 
 Own reader on top of liblzf: the header is held against the bytes that are there before anything is allocated.
-Depth cameras write a row of NaN where nothing came back: such rows are left out, and counted.
+Depth cameras write a row of NaN where nothing came back: such rows are left out.
 """
 
 import struct
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
 
@@ -68,8 +68,7 @@ def read_pcd(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
     limits.check_points(header.n_points)
     fields = _READERS[header.encoding](data[header.start :], header, limits)
     kept = ~np.all([np.isnan(fields[i]) for i in columns.points], axis=0)
-    cloud = build_from(columns, lambda i: fields[i][kept], "pcd")
-    return replace(cloud, missing={"not_finite": int(np.count_nonzero(~kept))})
+    return build_from(columns, lambda i: fields[i][kept], "pcd")
 
 
 def _read_ascii(data: memoryview, header: _Header, _: Limits) -> list[np.ndarray]:
