@@ -35,7 +35,7 @@ class Cloud:
     options are not checked yet, and of the others only that they are numbers. `labels` (N,), integers or
     strings, tell the segments of a scan apart; `label_column` is the name of their column in the file.
 
-    `missing` counts the points that the reader has left out because the format marks them as missing:
+    `dropped` counts the points that the reader has left out because the format marks them as missing:
     `not_finite`, and `zero` where its sensors write zeros. `warnings` are sentences on what else was odd.
     """
 
@@ -48,7 +48,7 @@ class Cloud:
     standard_deviations: Array | None = None
     labels: NDArray[Any] | None = None
     label_column: str | None = None
-    missing: Mapping[str, int] = field(default_factory=dict)
+    dropped: Mapping[str, int] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
 

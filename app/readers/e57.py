@@ -143,7 +143,7 @@ def _read(file: Any, n_bytes: int, limits: Limits, labels: str | None) -> Cloud:
     table = np.concatenate(tables)
     columns = Columns(systems[0], (0, 1, 2), label_name=None if label is None else common[label][:40])
     found = None if label is None else as_labels(table[:, 3])
-    return replace(build_cloud(table, columns, "e57", found), missing={"not_finite": invalid})
+    return replace(build_cloud(table, columns, "e57", found), dropped={"not_finite": invalid})
 
 
 def _fields(scan: Any) -> list[str]:

@@ -54,8 +54,8 @@ def read_ptx(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
         check_bytes(_ROW_BYTES * n_points - 1, len(text), n_points)
         points = _rows(told, n_points, len(parts) + 1, cut)
         if len(points) < n_points:
-            there = f"only {len(points)} whole rows follow; they are read"
-            warnings.append(f"the last scan announces {n_points} points, {there}")
+            there = f"{len(points)} whole rows follow; they are read."
+            warnings.append(f"The file ends early: its last scan announces {n_points} points, {there}")
         measured = points[points.any(axis=1)]
         n_zero += len(points) - len(measured)
         with np.errstate(invalid="ignore", over="ignore"):
@@ -63,7 +63,7 @@ def read_ptx(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = 
     if not sum(map(len, parts)):
         raise InvalidPointsError("file", f"no points were measured: all {n_zero} rows of the scans are 0 0 0")
     cloud = build_cloud(np.concatenate(parts), Columns(("x", "y", "z"), (0, 1, 2)), "ptx")
-    return replace(cloud, missing={"zero": n_zero}, warnings=tuple(warnings))
+    return replace(cloud, dropped={"zero": n_zero}, warnings=tuple(warnings))
 
 
 def _is_head(lines: list[str]) -> bool:

@@ -38,7 +38,7 @@ def read_text(data: memoryview, limits: Limits = UNLIMITED, labels: str | None =
     limits.check_points(len(table))
     found = None if layout.columns.label is None else _labels(cells)
     cloud = build_cloud(table, layout.columns.packed(), "text", found)
-    return replace(cloud, warnings=_wrong_counts(scans))
+    return replace(cloud, warnings=cloud.warnings + _wrong_counts(scans))
 
 
 @dataclass
@@ -58,8 +58,8 @@ def _wrong_counts(scans: Sequence[_Scan]) -> tuple[str, ...]:
     wrong = [scan for scan in scans if scan.announced != scan.n_points]
     if not wrong:
         return ()
-    where = "the first line" if len(scans) == 1 else f"{len(wrong)} of {len(scans)} counts are wrong: one"
-    return (f"{where} announces {wrong[0].announced} points, {wrong[0].n_points} follow; all are read",)
+    where = "The first line" if len(scans) == 1 else f"{len(wrong)} of {len(scans)} counts are wrong: one"
+    return (f"{where} announces {wrong[0].announced} points, {wrong[0].n_points} follow; all are read.",)
 
 
 def _labels(cells: list[str]) -> NDArray[Any]:

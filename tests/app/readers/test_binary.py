@@ -156,7 +156,7 @@ def test_invalid_points_of_an_e57_are_left_out() -> None:
     cloud = read(e57(POINTS, cartesianInvalidState=LABELS % 3, rowIndex=LABELS), labels="rowIndex")
     np.testing.assert_array_equal(cloud.points, POINTS[LABELS % 3 == 0])
     np.testing.assert_array_equal(cloud.labels, LABELS[LABELS % 3 == 0])
-    assert cloud.missing == {"not_finite": np.count_nonzero(LABELS % 3)}
+    assert cloud.dropped == {"not_finite": np.count_nonzero(LABELS % 3)}
 
 
 def _spherical(points: np.ndarray) -> np.ndarray:
@@ -180,7 +180,7 @@ def test_invalid_spherical_points_of_an_e57_are_left_out() -> None:
     points = GRID * STEP
     cloud = read(e57(_spherical(points), systems=[SPHERICAL], sphericalInvalidState=LABELS % 3))
     np.testing.assert_allclose(cloud.points, points[LABELS % 3 == 0], rtol=0.0, atol=1e-12)
-    assert cloud.missing == {"not_finite": np.count_nonzero(LABELS % 3)}
+    assert cloud.dropped == {"not_finite": np.count_nonzero(LABELS % 3)}
 
 
 def test_cartesian_coordinates_are_taken_where_a_scan_of_an_e57_has_both() -> None:

@@ -20,11 +20,11 @@ def test_a_pts_file_is_read_to_the_last_digit(tail: str, end: str) -> None:
 
 SCANS = {
     "one": ("20", None, None),
-    "one, too few announced": ("19", None, "the first line announces 19 points, 20 follow; all are read"),
+    "one, too few announced": ("19", None, "The first line announces 19 points, 20 follow; all are read."),
     "one, too many announced": (
         "1000000000000",
         None,
-        "the first line announces 1000000000000 points, 20 follow",
+        "The first line announces 1000000000000 points, 20 follow",
     ),
     "several": ("7", "13", None),
     "several, the first wrong": ("6", "13", "1 of 2 counts are wrong: one announces 6 points, 7 follow"),

@@ -38,7 +38,7 @@ def test_points_are_moved_by_the_matrix_of_their_scan(tail: str, end: str) -> No
         np.testing.assert_allclose(cloud.points, expected, rtol=0.0, atol=1e-9)
         assert cloud.format == "ptx"
         assert cloud.columns == ("x", "y", "z")
-        assert cloud.missing == {"zero": 0}
+        assert cloud.dropped == {"zero": 0}
         assert cloud.warnings == ()
 
 
@@ -55,7 +55,7 @@ def test_rows_of_zeros_are_missing_and_counted() -> None:
     holes[1, :2] = 0.0
     cloud = read((scan(holes, (3, 4)) + scan(holes, (12, 1))).encode())
     np.testing.assert_allclose(cloud.points, np.vstack([np.delete(holes, np.s_[::3], axis=0)] * 2) + SHIFT)
-    assert cloud.missing == {"zero": 8}
+    assert cloud.dropped == {"zero": 8}
     with pytest.raises(UnreadableFileError, match="all 12 rows of the scans are 0 0 0"):
         read(scan(np.zeros((12, 3)), (3, 4)).encode())
 
@@ -77,7 +77,7 @@ def test_a_last_scan_that_is_cut_off_is_read_with_a_warning(text: str, n_points:
         assert cloud.warnings == ()
     else:
         (warning,) = cloud.warnings
-        assert "the last scan announces" in warning
+        assert "its last scan announces" in warning
 
 
 BROKEN: dict[str, tuple[Callable[[], str], str, str]] = {
