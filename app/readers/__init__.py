@@ -15,6 +15,7 @@ from .glb import read_glb
 from .json_points import read_json
 from .las import read_las
 from .limits import UNLIMITED, Limits
+from .lines import BOM, check_line_ends
 from .npy import read_npy
 from .npz import read_npz
 from .obj import is_obj, read_obj
@@ -46,6 +47,7 @@ _SIGNATURES = {
     b"PK\x03\x04": read_npz,
     b"PK\x05\x06": read_npz,
     b"ply\n": read_ply,
+    b"PLY\n": read_ply,
     b"ply\r": read_ply,
     b"ply ": read_ply,
     b"# .PCD": read_pcd,
@@ -72,6 +74,7 @@ def read(data: bytes | memoryview, limits: Limits = UNLIMITED, labels: str | Non
 
 def read_unpacked(data: memoryview, limits: Limits = UNLIMITED, labels: str | None = None) -> Cloud:
     """`read` of what has been unpacked, or must not be packed."""
+    data = data[len(BOM) :] if data[: len(BOM)] == BOM else data
     start = bytes(data[:16])
     for signature, reader in _SIGNATURES.items():
         if start.startswith(signature):
@@ -80,8 +83,9 @@ def read_unpacked(data: memoryview, limits: Limits = UNLIMITED, labels: str | No
         return read_unpacked(_in_utf_8(data), limits, labels)
     if (name := foreign_name(data)) is not None:
         raise UnreadableFileError("file", f"the file is {name}; what is read: {NAMES}")
-    if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
+    if start.lstrip()[:1] in (b"{", b"["):
         return read_json(data, limits, labels)
+    check_line_ends(data)
     for is_one, reader in _SHAPES:
         if is_one(data):
             return reader(data, limits, labels)

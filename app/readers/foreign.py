@@ -72,7 +72,7 @@ _ODS = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
 
 def foreign_name(data: memoryview) -> str | None:
     """What a file is that begins like none that is read, or None where its first bytes do not tell."""
-    head = bytes(data[:_LOOKED_AT]).removeprefix(b"\xef\xbb\xbf")
+    head = bytes(data[:_LOOKED_AT])
     for signature, name in _SIGNATURES.items():
         if head.startswith(signature):
             return name

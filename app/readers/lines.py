@@ -13,8 +13,10 @@ _LINE_LIMIT = 64 * 1024
 _PIECE = 4 * _LINE_LIMIT
 # Bad rows are counted this far: to count millions takes seconds.
 COUNTED = 10_000
-_BOM = b"\xef\xbb\xbf"
+BOM = b"\xef\xbb\xbf"
 _HEAD = 1024 * 1024
+# Between the cells of one point, with its normal and color, there are no more delimiters.
+_MOST_CUTS = 9
 # What stands before a cell, and what behind it.
 _BEFORE, _BEHIND = rb"(?<![^\s,;|\"])", rb"(?![^\s,;|\"])"
 # Not a number, and infinity, as C of Microsoft writes them: `1.#QNAN0`, `-nan(ind)`, `1.#INF00`.
@@ -26,6 +28,16 @@ _FORTRAN = re.compile(rb"%b(%b)[dD]([+-]?\d{1,3})%b" % (_BEFORE, _MANTISSA, _BEH
 _EXPONENT = re.compile(rb"[dD][+-]?\d")
 
 Rows = Callable[[], Iterator[tuple[int, str]]]
+
+
+def check_line_ends(data: memoryview) -> None:
+    """Raise `UnreadableFileError` where a text of more than one point has no line ends."""
+    head = bytes(data[:_LINE_LIMIT])
+    if b"\n" in head or b"\r" in head or b"\0" in head:
+        return
+    if len(re.findall(rb"[,;\s]+", head)) > _MOST_CUTS:
+        message = "the text is one line: its line ends were taken away, as `curl -d` does; use --data-binary"
+        raise UnreadableFileError("line 1", message)
 
 
 def check_lines(data: memoryview) -> None:
@@ -54,7 +66,7 @@ def plain_numbers(text: bytes) -> bytes:
 
 def decoded(text: bytes) -> str:
     """A text in UTF-8 whose lines end in a line feed, whatever ended them; what is not UTF-8 is replaced."""
-    return _decoded(text.removeprefix(_BOM))
+    return _decoded(text.removeprefix(BOM))
 
 
 def _decoded(text: bytes) -> str:
@@ -67,7 +79,7 @@ def lines(text: bytes, wanted: re.Pattern[str]) -> Iterator[tuple[int, str]]:
     Millions of blank lines and comments cost a search, not a step each. For a text that passes `check_lines`.
     """
     number = 1
-    for piece in map(_decoded, _pieces(text.removeprefix(_BOM))):
+    for piece in map(_decoded, _pieces(text.removeprefix(BOM))):
         if wanted.search(piece):
             for at, line in enumerate(piece.split("\n"), number):
                 if line:

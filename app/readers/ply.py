@@ -199,7 +199,7 @@ def _header(data: memoryview) -> tuple[str, list[_Element], int]:
     """
     head = bytes(data[:_HEADER_LIMIT])
     found = _END.search(head)
-    end = b"\r" if re.match(rb"ply[ \t]*\r(?!\n)", head) else b"\n"
+    end = b"\r" if re.match(rb"(?i)ply[ \t]*\r(?!\n)", head) else b"\n"
     newline = head.find(end, found.end()) if found else -1
     if found is None or newline < 0:
         raise UnreadableFileError("header", "no end_header line in the first 64 KiB of the PLY file")
@@ -229,7 +229,7 @@ def _header_line(words: list[str], elements: list[_Element]) -> str | None:
             elements[-1].properties.append(_Property(name, _TYPES[kind], _INTEGERS[length]))
         case ["property", kind, name]:
             elements[-1].properties.append(_Property(name, _TYPES[kind]))
-        case [] | ["ply"] | ["comment", *_] | ["obj_info", *_]:
+        case [] | ["ply" | "PLY"] | ["comment", *_] | ["obj_info", *_]:
             pass
         case _:
             raise KeyError

@@ -435,6 +435,32 @@ def test_a_pcd_file_begins_with_any_comment(encoding: str, above: bytes) -> None
         np.testing.assert_array_equal(cloud.points, read(data).points)
 
 
+@pytest.mark.parametrize("encoding", ["ascii", "binary"])
+@pytest.mark.parametrize("end", [b"\r", b"\r\n"])
+def test_lines_of_a_pcd_header_end_in_any_way(encoding: str, end: bytes) -> None:
+    data = pcd(POINTS, encoding)
+    start = data.index(b"DATA") + len(b"DATA " + encoding.encode() + b"\n")
+    rows = data[start:].replace(b"\n", end) if encoding == "ascii" else data[start:]
+    np.testing.assert_array_equal(read(data[:start].replace(b"\n", end) + rows).points, read(data).points)
+
+
+def test_headers_of_old_pcd_files_are_read() -> None:
+    """COLUMNS for FIELDS, and POINTS without WIDTH and HEIGHT."""
+    head = b"VERSION .5\nCOLUMNS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nPOINTS 2\nDATA ascii\n"
+    np.testing.assert_array_equal(read(head + b"1 2 3\n4 5 6\n").points, [[1, 2, 3], [4, 5, 6]])
+    for broken in (head.replace(b"TYPE", b"FIELDS x y z\nTYPE"), head.replace(b"POINTS 2", b"WIDTH 2")):
+        with pytest.raises(UnreadableFileError):
+            read(broken + b"1 2 3\n4 5 6\n")
+
+
+@pytest.mark.parametrize("word", [b"ply", b"PLY", b"\xef\xbb\xbfply"])
+def test_a_ply_is_known_by_its_first_word(word: bytes) -> None:
+    data = word + ply((records(POINTS), "vertex")).removeprefix(b"ply")
+    cloud = read(data)
+    assert cloud.format == "ply"
+    np.testing.assert_array_equal(cloud.points, POINTS)
+
+
 def test_many_variable_length_records_are_stepped_over(monkeypatch: pytest.MonkeyPatch) -> None:
     data = laspy.read(io.BytesIO(las()))
     data.header.vlrs.extend(laspy.VLR("primfit", number, "a test", bytes(60_000)) for number in range(20))

@@ -54,6 +54,31 @@ def test_a_bad_row_of_a_pts_file_is_named_and_its_counts_are_none() -> None:
     assert [error.field for error in caught.value.errors] == ["line 6, column 2"]
 
 
+WHOLE = (
+    b"x,y,z\n1,2,3\n4,5,6\n7,8,9\n",
+    b"v 1 2 3\nv 4 5 6\nv 7 8 9\nf 1 2 3\n",
+    b"4\n1 2 3\n4 5 6\n7 8 9\n1 1 2\n",
+)
+
+
+@pytest.mark.parametrize("text", WHOLE)
+def test_a_text_whose_line_ends_were_taken_away_is_told_so(text: bytes) -> None:
+    read(text)
+    with pytest.raises(UnreadableFileError, match="one line: its line ends were taken away") as caught:
+        read(text.replace(b"\n", b"") * 2)
+    assert caught.value.field == "line 1"
+
+
+def test_one_point_needs_no_line_end() -> None:
+    np.testing.assert_array_equal(read(b"1 2 3 0 0 1 10 20 30").points, [[1, 2, 3]])
+
+
+def test_rows_of_a_pts_file_may_be_cut_by_commas() -> None:
+    cloud = read(b"2\n1,2,3,7\n4,5,6,7\n")
+    np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [4, 5, 6]])
+    assert cloud.warnings == ()
+
+
 FORTRAN = "x y z id\n  0.1234D+02 -1.5d-3 .25D0 A1D2\n  1.D+00  2D+00  3 12D4\n"
 
 
