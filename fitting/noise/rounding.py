@@ -65,14 +65,18 @@ def float32_step(points: Array, box: Array) -> float | None:
     """The step of float32 numbers at the largest of the coordinates (N, 3), if that is coarse for the cloud.
 
     It is where all coordinates are such numbers, and the cloud is less than `COARSEST_STEPS` of them wide: it
-    was stored as float32 far from the origin. `box` (2, 3) is that around the points.
+    was stored as float32 far from the origin. A grid of larger steps was not. `box` (2, 3) is that around the
+    points.
     """
-    largest = float(np.abs(box).max())
+    sizes = np.abs(box).max(axis=0)
+    largest, axis = float(sizes.max()), int(sizes.argmax())
     width = float((box[1] - box[0]).max())
     if width >= COARSEST_STEPS * EPS[1] * largest or not _noise.are_float32(np.ascontiguousarray(points)):
         return None
     step = float(np.spacing(np.float32(largest)))
-    return step if width < COARSEST_STEPS * step else None
+    steps = points[:, axis] / step
+    is_grid = np.ptp(steps) > 0.0 and not (steps % 2.0).any()
+    return None if is_grid or width >= COARSEST_STEPS * step else step
 
 
 def _step_of(points: Array, rounding: float) -> float | None:

@@ -114,3 +114,12 @@ def test_float32_steps_are_coarse_only_far_from_the_origin_and_where_all_numbers
         assert rounding.float32_step(far, bounds(far)) == step
         far[17, 2] += 1e-9
         assert rounding.float32_step(far, bounds(far)) is None
+
+
+def test_a_grid_of_whole_numbers_was_not_made_by_float32() -> None:
+    x, y = np.meshgrid(np.arange(10.0), np.arange(10.0))
+    grid = np.column_stack([x.ravel(), y.ravel(), 0.25 * x.ravel()]) + np.floor(FAR)
+    assert rounding.float32_step(grid, bounds(grid)) is None
+    assert recognize(grid).status == "fitted"
+    halves = grid - [0.0, 0.5, 0.0] * (x.reshape(-1, 1) == 3.0)
+    assert rounding.float32_step(halves, bounds(halves)) == 0.5
