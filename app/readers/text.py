@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .cloud import Cloud, build_cloud, string_labels
 from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
+from .formats import NAMES
 from .limits import UNLIMITED, Limits
 from .lines import COUNTED, check_lines, counted, is_number, lines, plain_numbers
 from .tables import COMMENT, ROW, Layout, cells_of, look
@@ -26,7 +27,7 @@ def read_text(data: memoryview, limits: Limits = UNLIMITED, labels: str | None =
     if b"\n" not in text:
         text = text.replace(b"\r", b"\n")
     if b"\0" in text:
-        raise UnreadableFileError("file", "neither text nor a format that is known (CSV, XYZ, TXT, NPY, PLY)")
+        raise UnreadableFileError("file", f"neither text nor another format that is read: {NAMES}")
     limits.check_points(text.count(b"\n") // 2 - 1000)
     layout = look(text, labels)
     cells: list[str] = []
