@@ -38,7 +38,7 @@ class Cut:
         """Each label with its rows, and the cloud of these."""
         for label, (start, stop) in zip(self.labels, pairwise(self.bounds), strict=True):
             rows = self.rows[start:stop]
-            yield label, rows, selected(self.cloud, rows)
+            yield label, rows, selected(self.cloud, rows, dropped={})
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def store(cut: Cut, path: Path, file: BinaryIO) -> Stored:
         for start, stop in pairwise(cut.bounds):
             file.write(np.ascontiguousarray(values[cut.rows[start:stop]], np.float64).data)
     shapes = {name: values.shape[1:] for name, values in arrays.items()}
-    return Stored(path, len(cut.rows), shapes, selected(cut.cloud, cut.rows[:0]))
+    return Stored(path, len(cut.rows), shapes, selected(cut.cloud, cut.rows[:0], dropped={}))
 
 
 def pieces(cut: Cut, scratch: Path | None = None) -> list[Piece]:
@@ -87,7 +87,8 @@ def pieces(cut: Cut, scratch: Path | None = None) -> list[Piece]:
     With a `scratch` file the points are written to it, once, and any process may ask for its segment.
     """
     if scratch is None:
-        return [partial(selected, cut.cloud, cut.rows[start:stop]) for start, stop in pairwise(cut.bounds)]
+        rows = (cut.rows[start:stop] for start, stop in pairwise(cut.bounds))
+        return [partial(selected, cut.cloud, each, dropped={}) for each in rows]
     with scratch.open("wb") as file:
         stored = store(cut, scratch, file)
     return [partial(stored.segment, start, stop) for start, stop in pairwise(cut.bounds)]

@@ -11,11 +11,13 @@ from .cloud import Cloud
 from .columns import FOUND, Pick
 from .e57 import read_e57
 from .errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
+from .foreign import foreign_name
 from .formats import FORMATS, NAMES
 from .glb import read_glb
 from .json_points import read_json
 from .las import read_las
 from .limits import UNLIMITED, Limits
+from .lines import BOM, check_line_ends
 from .missing import without_missing
 from .npy import read_npy
 from .npz import read_npz
@@ -23,6 +25,7 @@ from .obj import is_obj, read_obj
 from .packed import CODINGS, coding_of, unpack
 from .pcd import is_pcd, read_pcd
 from .ply import read_ply
+from .ptx import is_ptx, read_ptx
 from .stl import is_stl, read_stl
 from .text import read_text
 
@@ -49,21 +52,16 @@ _SIGNATURES = {
     b"PK\x03\x04": read_npz,
     b"PK\x05\x06": read_npz,
     b"ply\n": read_ply,
+    b"PLY\n": read_ply,
     b"ply\r": read_ply,
+    b"ply ": read_ply,
     b"# .PCD": read_pcd,
     b"LASF": read_las,
     b"ASTM-E57": read_e57,
     b"glTF": read_glb,
 }
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
-_SHAPES = ((is_stl, read_stl), (is_pcd, read_pcd), (is_obj, read_obj))
-_UNSUPPORTED = {
-    b"\x1f\x8b": "compressed twice; one level is unpacked",
-    b"\x28\xb5\x2f\xfd": "compressed twice; one level is unpacked",
-    b"\x80\x03": "a Python pickle",
-    b"\x80\x04": "a Python pickle",
-    b"\x80\x05": "a Python pickle",
-}
+_SHAPES = ((is_stl, read_stl), (is_pcd, read_pcd), (is_ptx, read_ptx), (is_obj, read_obj))
 
 
 def read(data: bytes | memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
@@ -80,17 +78,18 @@ def read(data: bytes | memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUN
 
 def read_unpacked(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """`read` of what has been unpacked, or must not be packed."""
+    data = data[len(BOM) :] if data[: len(BOM)] == BOM else data
     start = bytes(data[:16])
     for signature, reader in _SIGNATURES.items():
         if start.startswith(signature):
             return reader(data, limits, pick)
     if start.startswith(_UTF_16):
         return read_unpacked(_in_utf_8(data), limits, pick)
-    for signature, name in _UNSUPPORTED.items():
-        if start.startswith(signature):
-            raise UnreadableFileError("file", f"the file is {name}; what is read: {NAMES}")
-    if start.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in (b"{", b"["):
+    if (name := foreign_name(data)) is not None:
+        raise UnreadableFileError("file", f"the file is {name}; what is read: {NAMES}")
+    if start.lstrip()[:1] in (b"{", b"["):
         return read_json(data, limits, pick)
+    check_line_ends(data)
     for is_one, reader in _SHAPES:
         if is_one(data):
             return reader(data, limits, pick)

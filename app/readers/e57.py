@@ -1,4 +1,6 @@
-"""E57, by pye57, which the extra `e57` brings: the cartesian points of all scans, in the frame of the file.
+"""E57, by pye57, which the extra `e57` brings: the points of all scans, in the frame of the file.
+
+Coordinates of a scan are cartesian, or else spherical: a range, an azimuth and an elevation in radians.
 
 The header, the place of the XML section and what it may do to its parser are checked before libE57 opens the
 file, and the records are read piece by piece, so that a count costs nothing until its points are there.
@@ -27,8 +29,13 @@ _PAGE, _CHECKSUM = 1024, 4
 _XML_LIMIT = 1024 * 1024
 _DEPTH_LIMIT = 64
 _CHUNK = 50_000
-_COORDINATES = ("cartesianX", "cartesianY", "cartesianZ")
-_INVALID = "cartesianInvalidState"
+_CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
+_SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
+# Each with the field that says which points are not measured, where that is not 0.
+_SYSTEMS: dict[tuple[str, ...], str] = {
+    _CARTESIAN: "cartesianInvalidState",
+    _SPHERICAL: "sphericalInvalidState",
+}
 
 
 def read_e57(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
@@ -124,42 +131,53 @@ def _read(file: Any, n_bytes: int, limits: Limits, pick: Pick) -> Cloud:
     if not scans:
         raise UnreadableFileError("file", "the E57 file holds no scan with points")
     limits.check_points(sum(scan["points"].childCount() for scan in scans))
-    names = _common_fields(scans)
-    if not set(_COORDINATES) <= set(names):
-        raise UnreadableFileError("file", "a scan of the E57 file holds no cartesian coordinates")
     if pick.columns is not None:
         raise UnreadableFileError("columns", "the coordinates of an E57 file have names: nothing to choose")
-    label = find_label(names, pick.labels)
-    wanted = _COORDINATES if label is None else (*_COORDINATES, names[label])
-    tables = [_scan(file, scan, n_bytes, wanted) for scan in scans]
+    fields = [_fields(scan) for scan in scans]
+    systems = [_system(names, number) for number, names in enumerate(fields, 1)]
+    common = [name for name in fields[0] if all(name in names for names in fields)]
+    label = find_label(common, pick.labels)
+    beside = () if label is None else (common[label],)
+    tables, invalid = [], 0
+    for scan, system in zip(scans, systems, strict=True):
+        table, n_invalid = _scan(file, scan, n_bytes, system, beside)
+        tables.append(table)
+        invalid += n_invalid
     table = np.concatenate(tables)
-    columns = Columns(_COORDINATES, (0, 1, 2))
-    if label is None:
-        return build_cloud(table, columns, "e57")
-    columns = replace(columns, label_name=names[label][:40])
-    return build_cloud(table, columns, "e57", as_labels(table[:, 3], table[:, :3]))
+    columns = Columns(systems[0], (0, 1, 2), label_name=None if label is None else common[label][:40])
+    found = None if label is None else as_labels(table[:, 3], table[:, :3])
+    return replace(build_cloud(table, columns, "e57", found), dropped={"not_finite": invalid})
 
 
-def _common_fields(scans: list[Any]) -> list[str]:
-    """The fields that the points of all scans have."""
+def _fields(scan: Any) -> list[str]:
+    """The fields that the points of a scan have."""
     from pye57.libe57 import StructureNode
 
-    first, *others = [
-        [node.elementName() for node in StructureNode(scan["points"].prototype())] for scan in scans
-    ]
-    return [name for name in first if all(name in other for other in others)]
+    return [node.elementName() for node in StructureNode(scan["points"].prototype())]
 
 
-def _scan(file: Any, scan: Any, n_bytes: int, wanted: tuple[str, ...]) -> Array:
-    """The fields wanted of the valid points of a scan as a table, the coordinates moved by its pose."""
+def _system(names: list[str], number: int) -> tuple[str, ...]:
+    """The coordinates among the fields of a scan, cartesian ones where there are both."""
+    found = next((system for system in _SYSTEMS if set(system) <= set(names)), None)
+    if found is None:
+        message = f"scan {number} of the E57 file holds neither cartesian nor spherical coordinates"
+        raise UnreadableFileError("file", message)
+    return found
+
+
+def _scan(
+    file: Any, scan: Any, n_bytes: int, system: tuple[str, ...], beside: tuple[str, ...]
+) -> tuple[Array, int]:
+    """The valid points of a scan, moved by its pose, and what stands `beside` them; how many are invalid."""
     from pye57.libe57 import SourceDestBuffer, StructureNode, VectorSourceDestBuffer
 
     records = scan["points"]
     n_points = records.childCount()
     prototype = StructureNode(records.prototype())
-    n_bits = sum(_bits(prototype[name]) for name in _COORDINATES)
+    n_bits = sum(_bits(prototype[name]) for name in system)
     check_bytes(n_points * max(n_bits, 1) // 8, n_bytes, n_points)
-    fields = wanted if not prototype.isDefined(_INVALID) else (*wanted, _INVALID)
+    state = _SYSTEMS[system]
+    fields = (*system, *beside, state) if prototype.isDefined(state) else (*system, *beside)
     buffer = np.empty((len(fields), max(min(n_points, _CHUNK), 1)))
     buffers = VectorSourceDestBuffer()
     for name, values in zip(fields, buffer, strict=True):
@@ -172,10 +190,21 @@ def _scan(file: Any, scan: Any, n_bytes: int, wanted: tuple[str, ...]) -> Array:
     table = np.concatenate(parts)
     if len(table) != n_points:
         raise UnreadableFileError("file", f"a scan announces {n_points} points, {len(table)} are there")
-    if len(fields) > len(wanted):
+    if fields[-1] == state:
         table = table[table[:, -1] == 0.0, :-1]
-    table[:, :3] = _move(table[:, :3], scan)
-    return table
+    points = table[:, :3] if system == _CARTESIAN else _to_cartesian(table[:, :3])
+    table[:, :3] = _move(points, scan)
+    return table, n_points - len(table)
+
+
+def _to_cartesian(points: Array) -> Array:
+    """Range, azimuth and elevation (N, 3) as x, y, z (ASTM E2807)."""
+    distance, azimuth, elevation = points.T
+    with np.errstate(invalid="ignore"):
+        level = distance * np.cos(elevation)
+        return np.column_stack(
+            [level * np.cos(azimuth), level * np.sin(azimuth), distance * np.sin(elevation)]
+        )
 
 
 def _bits(node: Any) -> int:

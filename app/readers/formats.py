@@ -42,9 +42,12 @@ FORMATS = (
     ),
     Format("ply", "x, y, z of the vertices, ascii or binary", (".ply",), ("model/ply", "application/ply")),
     Format("pcd", "fields x, y, z, ascii, binary or binary_compressed", (".pcd",), ()),
+    Format(
+        "ptx", "the points of all scans, moved by their poses; rows of 0 0 0 are missing", (".ptx",), (), "m"
+    ),
     Format("las", "scaled coordinates of all returns", (".las",), ("application/vnd.las",), "m"),
     Format("laz", "scaled coordinates of all returns", (".laz",), ("application/vnd.laszip",), "m"),
-    Format("e57", "cartesian coordinates of all scans; needs the extra e57", (".e57",), ("model/e57",), "m"),
+    Format("e57", "the valid points of all scans; needs the extra e57", (".e57",), ("model/e57",), "m"),
     Format("stl", "the distinct vertices, ascii or binary", (".stl",), ("model/stl",)),
     Format("obj", "the distinct vertices", (".obj",), ("model/obj",)),
     Format("glb", "the distinct vertices of the default scene", (".glb",), ("model/gltf-binary",), "m"),

@@ -13,9 +13,31 @@ _LINE_LIMIT = 64 * 1024
 _PIECE = 4 * _LINE_LIMIT
 # Bad rows are counted this far: to count millions takes seconds.
 COUNTED = 10_000
-_BOM = b"\xef\xbb\xbf"
+BOM = b"\xef\xbb\xbf"
+_HEAD = 1024 * 1024
+# Between the cells of one point, with its normal and color, there are no more delimiters.
+_MOST_CUTS = 9
+# What stands before a cell, and what behind it.
+_BEFORE, _BEHIND = rb"(?<![^\s,;|\"])", rb"(?![^\s,;|\"])"
+# Not a number, and infinity, as C of Microsoft writes them: `1.#QNAN0`, `-nan(ind)`, `1.#INF00`.
+_NO_NUMBER = re.compile(rb"(?i)%b[+-]?(?:1\.#(?:QNAN|SNAN|IND)\w*|nan\(\w*\))%b" % (_BEFORE, _BEHIND))
+_INFINITY = re.compile(rb"(?i)%b([+-]?)1\.#INF\w*%b" % (_BEFORE, _BEHIND))
+# A number in double precision as Fortran writes it, `1.234D+01`; a bare `12D4` may be a name.
+_MANTISSA = rb"[+-]?(?:\d+\.\d*|\.\d+|\d+(?=[dD][+-]))"
+_FORTRAN = re.compile(rb"%b(%b)[dD]([+-]?\d{1,3})%b" % (_BEFORE, _MANTISSA, _BEHIND))
+_EXPONENT = re.compile(rb"[dD][+-]?\d")
 
 Rows = Callable[[], Iterator[tuple[int, str]]]
+
+
+def check_line_ends(data: memoryview) -> None:
+    """Raise `UnreadableFileError` where a text of more than one point has no line ends."""
+    head = bytes(data[:_LINE_LIMIT])
+    if b"\n" in head or b"\r" in head or b"\0" in head:
+        return
+    if len(re.findall(rb"[,;\s]+", head)) > _MOST_CUTS:
+        message = "the text is one line: its line ends were taken away, as `curl -d` does; use --data-binary"
+        raise UnreadableFileError("line 1", message)
 
 
 def check_lines(data: memoryview) -> None:
@@ -30,9 +52,21 @@ def check_lines(data: memoryview) -> None:
         number += piece.count(b"\n", 0, end)
 
 
+def plain_numbers(text: bytes) -> bytes:
+    """A text whose numbers are spelt so that Python reads them, whatever program wrote them.
+
+    Numbers with the exponent D are looked for in the first MiB: who writes them so, writes all of them so.
+    """
+    if b".#" in text or b"nan(" in text or b"NAN(" in text:
+        text = _INFINITY.sub(rb"\1inf", _NO_NUMBER.sub(b"nan", text))
+    if (b"D" in text or b"d" in text) and _EXPONENT.search(text, 0, _HEAD):
+        text = _FORTRAN.sub(rb"\1e\2", text)
+    return text
+
+
 def decoded(text: bytes) -> str:
     """A text in UTF-8 whose lines end in a line feed, whatever ended them; what is not UTF-8 is replaced."""
-    return _decoded(text.removeprefix(_BOM))
+    return _decoded(text.removeprefix(BOM))
 
 
 def _decoded(text: bytes) -> str:
@@ -45,7 +79,7 @@ def lines(text: bytes, wanted: re.Pattern[str]) -> Iterator[tuple[int, str]]:
     Millions of blank lines and comments cost a search, not a step each. For a text that passes `check_lines`.
     """
     number = 1
-    for piece in map(_decoded, _pieces(text.removeprefix(_BOM))):
+    for piece in map(_decoded, _pieces(text.removeprefix(BOM))):
         if wanted.search(piece):
             for at, line in enumerate(piece.split("\n"), number):
                 if line:

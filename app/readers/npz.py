@@ -15,6 +15,8 @@ import numpy as np
 from .cloud import Array, Cloud, as_float, as_labels, unit_normals
 from .columns import FOUND, Pick, find_label
 from .errors import InvalidPointsError, UnreadableFileError
+from .foreign import name_of_zip
+from .formats import NAMES
 from .limits import UNLIMITED, Limits
 from .npy import HEADER_LIMIT, ArrayHeader, as_text, read_array, read_header, read_records, read_table
 
@@ -30,6 +32,8 @@ _NORMALS = ("nx", "ny", "nz")
 
 def read_npz(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read the points of an NPZ file, with the normals and labels beside them."""
+    if (name := name_of_zip(data)) is not None:
+        raise UnreadableFileError("file", f"the file is {name}; what is read: {NAMES}")
     n_members = _check_directory(data)
     try:
         with ZipFile(io.BytesIO(data)) as archive:
@@ -105,6 +109,9 @@ def _with_normals(cloud: Cloud, given: Array) -> Cloud:
 
 def _name_of_points(archive: ZipFile, members: dict[str, ZipInfo]) -> str:
     """Which array holds the points; none or several are refused."""
+    if not members:
+        message = "a ZIP archive without arrays; unpack it, and send the file that holds the points"
+        raise UnreadableFileError("file", message)
     found = [name for name in _POINTS if name in members]
     if not found:
         others = [name for name in members if name != "normals"]

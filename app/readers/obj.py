@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from .cloud import Cloud
 from .columns import FOUND, Pick, canonical
 from .limits import UNLIMITED, Limits
-from .lines import check_lines, decoded, lines, load_triples
+from .lines import check_lines, decoded, lines, load_triples, plain_numbers
 from .mesh import build_mesh
 
 _HEAD = 1024 * 1024
@@ -35,7 +35,7 @@ def is_obj(data: memoryview) -> bool:
 def read_obj(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read the distinct vertices, and their normals where each vertex has one of its own."""
     check_lines(data)
-    text = bytes(data)
+    text = plain_numbers(bytes(data))
 
     def rows(keyword: str) -> Iterator[tuple[int, str]]:
         for number, line in lines(text, re.compile(rf"^[^\S\n]*+{keyword}[ \t]", re.MULTILINE)):

@@ -3,6 +3,7 @@
 Own reader on top of liblzf: the header is held against the bytes that are there before anything is allocated.
 """
 
+import re
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -23,6 +24,8 @@ _LZF_RATIO = 88  # three bytes may repeat 264 that came before
 _SIZES = struct.Struct("<2L")
 _KINDS = {"F": "48", "I": "1248", "U": "1248"}
 _ENTRIES = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA")
+# What FIELDS was called in the first versions.
+_OLD_FIELDS = "COLUMNS"
 
 
 @dataclass(frozen=True)
@@ -130,6 +133,8 @@ def _header(data: memoryview) -> _Header:
                 continue
             case [name, *words] if name in _ENTRIES and name not in entries:
                 entries[name] = words
+            case [name, *words] if name == _OLD_FIELDS and "FIELDS" not in entries:
+                entries["FIELDS"] = words
             case _:
                 raise UnreadableFileError("header", f"line {number} of the PCD header is not understood")
         if name == "DATA":
@@ -140,9 +145,11 @@ def _header(data: memoryview) -> _Header:
 
 
 def _lines(head: bytes) -> Iterator[tuple[str, int]]:
-    """Each whole line, and where the next one starts."""
+    """Each whole line, and where the next one starts; all end as the first one does."""
+    newline = re.search(rb"\r?\n|\r", head)
+    letter = newline[0][-1:] if newline else b"\n"
     start = 0
-    while (end := head.find(b"\n", start) + 1) > 0:
+    while (end := head.find(letter, start) + 1) > 0:
         yield head[start:end].decode("latin-1"), end
         start = end
 
@@ -165,13 +172,15 @@ def _fields(entries: dict[str, list[str]]) -> list[_Field]:
 
 
 def _n_points(entries: dict[str, list[str]]) -> int:
-    """POINTS, or WIDTH times HEIGHT; where both are given they must agree."""
+    """POINTS, or WIDTH times HEIGHT; where all are given they must agree."""
     named = {name: _numbers(name, entries[name]) for name in ("WIDTH", "HEIGHT", "POINTS") if name in entries}
     match named:
         case {"WIDTH": [width], "HEIGHT": [height], "POINTS": [n_points]} if width * height == n_points:
             return n_points
         case {"WIDTH": [width], "HEIGHT": [height]} if "POINTS" not in named:
             return width * height
+        case {"POINTS": [n_points]} if len(named) == 1:
+            return n_points
     raise UnreadableFileError("POINTS", "POINTS of the PCD header is not WIDTH times HEIGHT")
 
 

@@ -4,13 +4,14 @@ Own reader, not a library's: the counts of the header are held against the bytes
 anything is allocated, and what follows the vertices (faces) is not parsed at all.
 """
 
+import re
+import struct
+from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
-from io import BytesIO, TextIOWrapper
-from itertools import accumulate, islice
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .cloud import Cloud, build_from
 from .columns import FOUND, Pick, find_columns
@@ -24,7 +25,12 @@ _INTEGERS = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
     "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
 }  # fmt: skip
-_TYPES = _INTEGERS | {"float": "f4", "float32": "f4", "double": "f8", "float64": "f8"}
+_TYPES = _INTEGERS | {
+    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8", "int64": "i8", "uint64": "u8",
+}  # fmt: skip
+# Rows with lists are stepped over one by one, several million a second.
+_LISTS_LIMIT = 20_000_000
+_END = re.compile(rb"[\r\n][ \t]*end_header(?=[ \t]*[\r\n])")
 
 
 @dataclass(frozen=True)
@@ -44,19 +50,18 @@ class _Element:
     count: int
     properties: list[_Property]
 
-    def dtype(self, order: str, lengths: list[int]) -> np.dtype[Any]:
-        """A row as a record, `p0`, `p1`, ...; its lists of these lengths, which `n0`, ... repeat."""
-        fields: list[tuple[Any, ...]] = []
-        for i, (item, length) in enumerate(zip(self.properties, lengths, strict=True)):
-            if item.length_kind is None:
-                fields.append((f"p{i}", order + item.kind))
-            else:
-                fields += [(f"n{i}", order + item.length_kind), (f"p{i}", order + item.kind, (length,))]
-        return np.dtype(fields)
+    @property
+    def has_lists(self) -> bool:
+        return any(item.length_kind for item in self.properties)
+
+    @property
+    def least_size(self) -> int:
+        """The bytes of a row whose lists are empty."""
+        return sum(_size(item.length_kind or item.kind) for item in self.properties)
 
 
 def read_ply(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
-    """Read the vertices of a PLY file; lists may stand in or before them if all are of one length."""
+    """Read the vertices of a PLY file; lists of any length may stand in or before them."""
     order, elements, start = _header(data)
     names = [element.name for element in elements]
     if "vertex" not in names:
@@ -70,95 +75,138 @@ def read_ply(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -
     return build_from(columns, lambda i: column(places[i]), "ply")
 
 
-def _read_binary(
-    data: memoryview, order: str, before: list[_Element], vertex: _Element, last: bool
-) -> Callable[[int], np.ndarray]:
-    start = 0
-    for element in before:
-        if element.properties:
-            start += _rows(data[start:], element, order).nbytes
-    rows = _rows(data[start:], vertex, order)
-    left = len(data) - start - rows.nbytes
-    if last and left >= rows.itemsize:
-        raise UnreadableFileError("file", f"{left} bytes follow the {vertex.count} vertices announced")
-    return lambda i: rows[f"p{i}"]
-
-
 def _read_ascii(
     data: memoryview, _: str, before: list[_Element], vertex: _Element, last: bool
 ) -> Callable[[int], np.ndarray]:
     skip = sum(element.count for element in before)
-    lengths = [0] * len(vertex.properties)
-    if any(item.length_kind for item in vertex.properties):
-        lengths = _lengths_in_text(
-            next(islice(TextIOWrapper(BytesIO(data), "latin-1"), skip, None), ""), vertex
-        )
-    lists = [i for i, item in enumerate(vertex.properties) if item.length_kind]
-    starts = [0, *accumulate(1 + length for length in lengths)]
-    table = read_rows(data, skip, vertex.count, starts[-1], "vertex", last)
-    if any((table[:, starts[i]] != lengths[i]).any() for i in lists):
-        raise _uneven()
-    return lambda i: table[:, starts[i]]
+    if not vertex.has_lists:
+        table = read_rows(data, skip, vertex.count, len(vertex.properties), "vertex", last)
+        return lambda i: table[:, i]
+    lists = [item.length_kind is not None for item in vertex.properties]
+    table = read_rows(data, skip, vertex.count, lists.count(False), "vertex", last, _Without(lists))
+    return lambda i: table[:, lists[:i].count(False)]
 
 
-def _lengths_in_text(line: str, element: _Element) -> list[int]:
-    """The lengths of the lists in a row, 0 for what is no list."""
-    words, lengths, place = line.split(), [], 0
-    for item in element.properties:
-        length = 0
-        if item.length_kind is not None:
+@dataclass(frozen=True)
+class _Without:
+    """Leaves the lists out of a row of an ascii file; `lists` says which properties are some."""
+
+    lists: list[bool]
+
+    def __call__(self, line: str) -> str:
+        words, kept, place = line.split(), [], 0
+        for is_list in self.lists:
             word = words[place] if place < len(words) else ""
-            if not word.isdecimal() or len(word) > 9:
+            place += 1
+            if not is_list:
+                kept.append(word)
+            elif word.isdecimal() and len(word) < 10:
+                place += int(word)
+            else:
                 raise UnreadableFileError("vertex", "a list does not start with its length")
-            length = int(word)
-        lengths.append(length)
-        place += 1 + length
-    return lengths
+        if place != len(words):
+            raise UnreadableFileError("vertex", "a row is not as long as its lists say")
+        return " ".join(kept)
 
 
-def _rows(data: memoryview, element: _Element, order: str) -> np.ndarray:
-    """The rows of an element (count,) as records, all of the size of the first one."""
-    lengths, size = _lengths(data, element, order) if element.count else ([0] * len(element.properties), 0)
-    check_bytes(element.count * size, len(data), element.count)
-    rows = np.ndarray(element.count, element.dtype(order, lengths), data)
-    lists = [i for i, item in enumerate(element.properties) if item.length_kind]
-    if any((rows[f"n{i}"] != lengths[i]).any() for i in lists):
-        raise _uneven()
-    return rows
+def _read_binary(
+    data: memoryview, order: str, before: list[_Element], vertex: _Element, last: bool
+) -> Callable[[int], np.ndarray]:
+    for element in before:
+        data = data[_starts(data, element, order)[-1] :]
+    starts = _starts(data, vertex, order)
+    left = len(data) - int(starts[-1])
+    if last and left >= vertex.least_size:
+        raise UnreadableFileError("file", f"{left} bytes follow the {vertex.count} vertices announced")
+    if not vertex.has_lists:
+        kinds = [(f"p{i}", order + item.kind) for i, item in enumerate(vertex.properties)]
+        rows = np.ndarray(vertex.count, np.dtype(kinds), data)
+        return lambda i: rows[f"p{i}"]
+    return lambda i: _column(data, order, vertex.properties[: i + 1], starts[:-1])
 
 
-def _lengths(data: memoryview, element: _Element, order: str) -> tuple[list[int], int]:
-    """The lengths of the lists in the first row, 0 for what is no list, and the bytes of that row."""
-    lengths, size = [], 0
+def _starts(data: memoryview, element: _Element, order: str) -> NDArray[np.int64]:
+    """Where each row of an element starts, if it has lists, and where the last one ends."""
+    needed = element.count * element.least_size
+    check_bytes(needed, len(data), element.count)
+    if not element.has_lists:
+        return np.array([needed])
+    if element.count > _LISTS_LIMIT:
+        limit = f"{_LISTS_LIMIT} are read at most"
+        raise UnreadableFileError("file", f"{element.count} rows of lists in or before the vertices; {limit}")
+    return _walk(data, element, order)
+
+
+def _walk(data: memoryview, element: _Element, order: str) -> NDArray[np.int64]:
+    """`_starts` where each row is as long as its lists: nothing but a step from row to row finds them."""
+    steps, gap = [], 0
     for item in element.properties:
-        length = 0
-        size += int((item.length_kind or item.kind)[1])
-        if item.length_kind is not None:
-            check_bytes(size, len(data), element.count)
-            start = size - int(item.length_kind[1])
-            length = int(np.ndarray((), order + item.length_kind, data, start))
-            if length < 0:
-                raise UnreadableFileError("file", "the PLY file holds a list of negative length")
-            size += length * int(item.kind[1])
-        lengths.append(length)
-    return lengths, size
+        if item.length_kind is None:
+            gap += _size(item.kind)
+        else:
+            length = struct.Struct(order + np.dtype(item.length_kind).char)
+            steps.append((gap, length.unpack_from, length.size, _size(item.kind)))
+            gap = 0
+    starts, place = array("q", [0]), 0
+    try:
+        for _ in range(element.count):
+            for before, unpack, size, each in steps:
+                place += before
+                (length,) = unpack(data, place)
+                if length < 0:
+                    raise UnreadableFileError("file", "the PLY file holds a list of negative length")
+                place += size + length * each
+            place += gap
+            starts.append(place)
+    except struct.error:
+        place = len(data) + 1
+    if place > len(data):
+        message = f"the file ends within the {element.count} rows of lists that its header announces"
+        raise UnreadableFileError("file", message)
+    return np.frombuffer(starts, np.int64)
 
 
-def _uneven() -> UnreadableFileError:
-    return UnreadableFileError(
-        "file", "lists of different lengths in or before the vertices are not supported"
-    )
+def _column(
+    data: memoryview, order: str, properties: list[_Property], starts: NDArray[np.int64]
+) -> np.ndarray:
+    """The last of these properties in the rows that start there: lists before it move it from row to row."""
+    places = starts
+    for item in properties[:-1]:
+        if item.length_kind is None:
+            places = places + _size(item.kind)
+        else:
+            lengths = _gathered(data, order + item.length_kind, places).astype(np.int64)
+            places = places + _size(item.length_kind) + lengths * _size(item.kind)
+    return _gathered(data, order + properties[-1].kind, places)
+
+
+def _gathered(data: memoryview, kind: str, places: NDArray[np.int64]) -> np.ndarray:
+    """The numbers (N,) of this type that start at these bytes."""
+    size = _size(kind)
+    if len(places) == 0:
+        return np.empty(0, kind)
+    windows = np.lib.stride_tricks.sliding_window_view(np.frombuffer(data, np.uint8), size)
+    return windows[places].view(kind)[:, 0]
+
+
+def _size(kind: str) -> int:
+    return int(kind[-1])
 
 
 def _header(data: memoryview) -> tuple[str, list[_Element], int]:
+    """The order of the bytes, the elements, and where their rows start.
+
+    Lines end as the first one does: a body in binary may begin with the other letter.
+    """
     head = bytes(data[:_HEADER_LIMIT])
-    end = head.find(b"\nend_header")
-    newline = head.find(b"\n", end + 1)
-    if end < 0 or newline < 0:
+    found = _END.search(head)
+    end = b"\r" if re.match(rb"(?i)ply[ \t]*\r(?!\n)", head) else b"\n"
+    newline = head.find(end, found.end()) if found else -1
+    if found is None or newline < 0:
         raise UnreadableFileError("header", "no end_header line in the first 64 KiB of the PLY file")
     order: str | None = None
     elements: list[_Element] = []
-    for number, line in enumerate(head[:end].decode("latin-1").splitlines(), 1):
+    for number, line in enumerate(re.split("\r\n?|\n", head[: found.start()].decode("latin-1")), 1):
         try:
             told = _header_line(line.split(), elements)
         except (KeyError, IndexError) as error:
@@ -182,7 +230,7 @@ def _header_line(words: list[str], elements: list[_Element]) -> str | None:
             elements[-1].properties.append(_Property(name, _TYPES[kind], _INTEGERS[length]))
         case ["property", kind, name]:
             elements[-1].properties.append(_Property(name, _TYPES[kind]))
-        case [] | ["ply"] | ["comment", *_] | ["obj_info", *_]:
+        case [] | ["ply" | "PLY"] | ["comment", *_] | ["obj_info", *_]:
             pass
         case _:
             raise KeyError

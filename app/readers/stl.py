@@ -13,7 +13,7 @@ from .cloud import Array, Cloud
 from .columns import FOUND, Pick
 from .errors import UnreadableFileError
 from .limits import UNLIMITED, Limits
-from .lines import check_lines, lines, load_triples
+from .lines import check_lines, lines, load_triples, plain_numbers
 from .mesh import build_mesh
 
 _HEAD, _HEADER = 1024, 84
@@ -58,7 +58,7 @@ def _read_binary(data: memoryview) -> Array:
 
 def _read_ascii(data: memoryview) -> Array:
     check_lines(data)
-    text = bytes(data)
+    text = plain_numbers(bytes(data))
 
     def rows(keyword: str) -> Iterator[tuple[int, str]]:
         for number, line in lines(text, re.compile(rf"(?i)^[^\S\n]*+{keyword}", re.MULTILINE)):

@@ -109,7 +109,7 @@ def _sample(head: str, whole: bool) -> Lines:
 
 def _announced(sample: Lines) -> int | None:
     """The number of points that the first line of a PTS file tells: a bare one, before rows of several."""
-    if len(sample) > 1 and re.fullmatch(r"\d{1,18}", sample[0][1]) and len(sample[1][1].split()) >= 3:
+    if len(sample) > 1 and re.fullmatch(r"\d{1,18}", sample[0][1]) and len(_ANY_CUT.split(sample[1][1])) >= 3:
         return int(sample[0][1])
     return None
 

@@ -1,7 +1,8 @@
 """CSV, XYZ, TXT, PTS and ASC: rows of numbers, with delimiter, header and comments found by looking."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 from .cloud import Cloud, build_cloud, string_labels
 from .columns import FOUND, Pick
 from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
+from .formats import NAMES
 from .limits import UNLIMITED, Limits
-from .lines import COUNTED, check_lines, counted, is_number, lines
+from .lines import COUNTED, check_lines, counted, is_number, lines, plain_numbers
 from .tables import COMMENT, ROW, Layout, cells_of, look
 
 _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
@@ -22,26 +24,44 @@ _CTRL_Z = b"\x1a"
 def read_text(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read a text of one point a line; without a header columns are known by their numbers, from 1."""
     check_lines(data)
-    text = bytes(data).rstrip(_CTRL_Z)
+    text = plain_numbers(bytes(data).rstrip(_CTRL_Z))
     if b"\n" not in text:
         text = text.replace(b"\r", b"\n")
     if b"\0" in text:
-        raise UnreadableFileError("file", "neither text nor a format that is known (CSV, XYZ, TXT, NPY, PLY)")
+        raise UnreadableFileError("file", f"neither text nor another format that is read: {NAMES}")
     limits.check_points(text.count(b"\n") // 2 - 1000)
     layout = look(text, pick)
-    if layout.announced is not None:
-        limits.check_points(layout.announced)
     cells: list[str] = []
+    scans: list[_Scan] = []
     try:
-        table = _load(text, layout, cells)
+        table = _load(text, layout, cells, scans)
     except ValueError:
         raise _explain(text, layout) from None
     limits.check_points(len(table))
-    if layout.announced not in (None, len(table)):
-        message = f"the first line announces {layout.announced} points, {len(table)} follow"
-        raise UnreadableFileError("line 1", message)
     found = None if layout.columns.label is None else _labels(cells)
-    return build_cloud(table, layout.columns.packed(), "text", found)
+    cloud = build_cloud(table, layout.columns.packed(), "text", found)
+    return replace(cloud, warnings=cloud.warnings + _wrong_counts(scans))
+
+
+@dataclass
+class _Scan:
+    """A scan of a PTS file: how many points its count line announces, and how many follow."""
+
+    announced: int
+    n_points: int = 0
+
+
+def _is_count(line: str, layout: Layout) -> bool:
+    """Whether a line of a PTS file tells how many points the next scan has."""
+    return layout.announced is not None and re.fullmatch(r"\d{1,18}", line) is not None
+
+
+def _wrong_counts(scans: Sequence[_Scan]) -> tuple[str, ...]:
+    wrong = [scan for scan in scans if scan.announced != scan.n_points]
+    if not wrong:
+        return ()
+    where = "The first line" if len(scans) == 1 else f"{len(wrong)} of {len(scans)} counts are wrong: one"
+    return (f"{where} announces {wrong[0].announced} points, {wrong[0].n_points} follow; all are read.",)
 
 
 def _labels(cells: list[str]) -> NDArray[Any]:
@@ -70,14 +90,17 @@ def _width(line: str, layout: Layout) -> int:
     return line.count(layout.delimiter) + 1
 
 
-def _load(text: bytes, layout: Layout, labels: list[str]) -> np.ndarray:
-    """The used columns as a table; ragged rows and words raise ValueError. Cells of labels go to `labels`."""
+def _load(text: bytes, layout: Layout, labels: list[str], scans: list[_Scan]) -> np.ndarray:
+    """The used columns as a table; ragged rows and words raise ValueError.
+
+    Cells of labels go to `labels`, and what the count lines of a PTS file tell to `scans`.
+    """
     quoted = b'"' in text
     label = layout.columns.label
     seen: dict[str, str] = {}  # labels repeat: each is kept once
 
     def even_rows() -> Iterator[str]:
-        for _, line in _rows(text, layout):
+        for line in _without_counts(text, layout, scans):
             if not quoted and _width(line, layout) != layout.width:
                 raise ValueError
             if label is not None:
@@ -99,11 +122,27 @@ def _load(text: bytes, layout: Layout, labels: list[str]) -> np.ndarray:
     )
 
 
+def _without_counts(text: bytes, layout: Layout, scans: list[_Scan]) -> Iterator[str]:
+    """The rows of a text; the count lines of a PTS file begin `scans`, and its rows are counted there."""
+    if layout.announced is None:
+        yield from (line for _, line in _rows(text, layout))
+        return
+    scans.append(_Scan(layout.announced))
+    for _, line in _rows(text, layout):
+        if _is_count(line, layout):
+            scans.append(_Scan(int(line)))
+        else:
+            scans[-1].n_points += 1
+            yield line
+
+
 def _explain(text: bytes, layout: Layout) -> UnreadableFileError:
     """Which rows are ragged or hold words: the first of them by line, and how many there are."""
     errors: list[FieldError] = []
     n_bad = 0
     for number, line in _rows(text, layout):
+        if _is_count(line, layout):
+            continue
         cells = cells_of(line, layout.delimiter)
         if layout.decimal_comma:
             cells = [cell.replace(",", ".") for cell in cells]

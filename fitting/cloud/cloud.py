@@ -11,7 +11,7 @@ from ..errors import InvalidPointCloudError
 from ..geometry import _linear
 from ..geometry.vectors import Array, bounds, principal
 from ..guesses.oriented import Oriented
-from ..noise.rounding import ULPS, rounding_of
+from ..noise.rounding import FEWEST_STEPS, ROUNDING_NOISE, ULPS, float32_step, rounding_of
 from . import _passes
 from .frame import Frame
 from .normals import local_planes
@@ -122,10 +122,11 @@ class Cloud:
         chosen = _working(checked, keys, factors is not None, choosing)
         working = _rows(normalized, chosen)
         spread, axes = principal(working)
-        if spread[1] <= max(FLAT * spread[0], 2.0 * tolerance):
+        step = float32_step(checked, given.box)
+        if spread[1] <= max(FLAT * spread[0], 2.0 * tolerance, ROUNDING_NOISE * (step or 0.0) / frame.scale):
             raise InvalidPointCloudError(
                 f"the {len(checked)} points are collinear (width over length {spread[1] / spread[0]:.1e}): "
-                "no primitive is determined"
+                "no primitive is determined" + _remedy(step)
             )
         sample = shuffled(_rows(keys, chosen), SAMPLE_POINTS, np.random.default_rng(sampling))
         seen = sample[:NORMAL_POINTS]
@@ -264,11 +265,24 @@ def _cloud_in_box(points: object) -> tuple[Array, Array]:
     if len(array) < 3:
         raise InvalidPointCloudError(f"{len(array)} points given; at least 3 are needed")
     extent = float(np.max(box[1] - box[0]))
+    step = float32_step(array, box)
     if extent == 0.0:
-        raise InvalidPointCloudError(f"all {len(array)} points are the same one")
+        raise InvalidPointCloudError(f"all {len(array)} points are the same one{_remedy(step)}")
+    if step is not None and extent < FEWEST_STEPS * step:
+        raise InvalidPointCloudError(
+            f"the cloud is {extent:.3g} wide, not {FEWEST_STEPS} steps of its coordinates{_remedy(step)}"
+        )
     if extent < SMALLEST_EXTENT:
         raise InvalidPointCloudError(f"the cloud is {extent:.3g} in size; the limit is {SMALLEST_EXTENT:.0e}")
     return array, box
+
+
+def _remedy(step: float | None) -> str:
+    """What to do where float32 numbers are too coarse for a cloud, behind what is wrong with it."""
+    if step is None:
+        return ""
+    remedy = "store float64, or subtract an offset before writing float32"
+    return f"; float32 numbers so far from the origin have steps of {step:.3g}: {remedy}"
 
 
 def check_normals(normals: object, n_points: int) -> Array:

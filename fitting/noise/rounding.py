@@ -17,6 +17,10 @@ COARSEST_STEPS = 1000
 """A rounding is fine if the cloud is this many times as wide. A coarser one is noise, or the step of a
 lattice: a wrong surface may be as near."""
 
+FEWEST_STEPS = 30
+"""A cloud is refused that is fewer steps of its float32 coordinates wide: below, parts of cones are taken for
+cylinders."""
+
 EPS = tuple(float(np.finfo(each).eps) for each in (np.float64, np.float32))
 """Relative spacing of numbers of both sizes."""
 
@@ -55,6 +59,24 @@ def rounding_of(points: Array, box: Array | None = None) -> Rounding:
         step = None
     finest = max(float((box[1] - box[0]).max()) / COARSEST_STEPS, double)
     return Rounding(max(size for size in (double, rounding, step or 0.0) if size <= finest), step)
+
+
+def float32_step(points: Array, box: Array) -> float | None:
+    """The step of float32 numbers at the largest of the coordinates (N, 3), if that is coarse for the cloud.
+
+    It is where all coordinates are such numbers, and the cloud is less than `COARSEST_STEPS` of them wide: it
+    was stored as float32 far from the origin. A grid of larger steps was not. `box` (2, 3) is that around the
+    points.
+    """
+    sizes = np.abs(box).max(axis=0)
+    largest, axis = float(sizes.max()), int(sizes.argmax())
+    width = float((box[1] - box[0]).max())
+    if width >= COARSEST_STEPS * EPS[1] * largest or not _noise.are_float32(np.ascontiguousarray(points)):
+        return None
+    step = float(np.spacing(np.float32(largest)))
+    steps = points[:, axis] / step
+    is_grid = np.ptp(steps) > 0.0 and not (steps % 2.0).any()
+    return None if is_grid or width >= COARSEST_STEPS * step else step
 
 
 def _step_of(points: Array, rounding: float) -> float | None:

@@ -67,6 +67,7 @@ def _with_nan(width: int | None = 3) -> dict[str, Any]:
     return _array(values)
 
 
+PTX_POSE = b"0 0 0\n" * 4 + b"1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
 NOT_FINITE: dict[str, tuple[Make, str]] = {
     "NaN in points": (lambda: b'{"points": [[1, 2, NaN]]}', "points[0][2]"),
     "Infinity in points": (lambda: b'{"points": [[1, 2, 3], [-Infinity, 2, 3]]}', "points[1][0]"),
@@ -142,11 +143,12 @@ TEXT: dict[str, tuple[Make, str]] = {
     "nothing but lines": (lambda: b"\n" * 10_000_000, "file"),
     "nothing but comments": (lambda: b"#\n" * 5_000_000, "file"),
     "bytes without a format": (lambda: bytes(range(256)) * 10_000, "file"),
-    "pts with more rows": (lambda: b"2\n1 2 3 4\n1 2 3 4\n1 2 3 4\n", "line 1"),
-    "pts with fewer rows": (lambda: b"4\n1 2 3 4\n1 2 3 4\n1 2 3 4\n", "line 1"),
-    "pts of 10^12 rows": (lambda: b"1000000000000\n1 2 3 4\n1 2 3 4\n", "file"),
     "pts of -1 rows": (lambda: b"-1\n1 2 3 4\n1 2 3 4\n", "file"),
     "pts of 1e12 rows": (lambda: b"1e12\n1 2 3 4\n1 2 3 4\n", "file"),
+    "ptx of 10^18 points": (lambda: b"999999999\n" * 2 + PTX_POSE + b"1 2 3 4\n", "file"),
+    "ptx with a long scan": (lambda: b"1\n1\n" + PTX_POSE + b"1 2 3 4\n" * 10**5, "line 12"),
+    "ptx of endless heads": (lambda: (b"0\n0\n" + PTX_POSE) * 10**5, "file"),
+    "a number of 60,000 digits": (lambda: (b"1" * 60_000 + b" 2 3.D+\n") * 100, "line 1, column 3"),
     "a grid of heights": (lambda: b"ncols 3\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n", "file"),
 }
 

@@ -1,6 +1,7 @@
 """The binary formats give the points of the NPY array, and the normals and labels beside them."""
 
 import io
+import struct
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,7 +15,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from primfit.app.readers import Limits, Pick, UnreadableFileError, las_header, read, without_missing
-from tests.app.readers.written import GRID, OFFSET, POINTS, STEP, e57, las, laz, npy, npz, pcd, ply, records
+from primfit.app.readers import ply as ply_reader
+from tests.app.readers.written import (
+    CARTESIAN,
+    GRID,
+    OFFSET,
+    POINTS,
+    SPHERICAL,
+    STEP,
+    e57,
+    las,
+    laz,
+    npy,
+    npz,
+    pcd,
+    ply,
+    records,
+)
 
 LABELS = np.arange(len(POINTS)) // 7
 NORMALS = np.tile([0.0, 0.6, -0.8], (len(POINTS), 1))
@@ -139,6 +156,47 @@ def test_invalid_points_of_an_e57_are_left_out() -> None:
     cloud = read(e57(POINTS, cartesianInvalidState=LABELS % 3, rowIndex=LABELS), pick=Pick("rowIndex"))
     np.testing.assert_array_equal(cloud.points, POINTS[LABELS % 3 == 0])
     np.testing.assert_array_equal(cloud.labels, LABELS[LABELS % 3 == 0])
+    assert cloud.dropped == {"not_finite": np.count_nonzero(LABELS % 3)}
+
+
+def _spherical(points: np.ndarray) -> np.ndarray:
+    x, y, z = points.T
+    return np.column_stack([np.linalg.norm(points, axis=1), np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))])
+
+
+def test_spherical_coordinates_of_an_e57_are_turned_into_cartesian_ones() -> None:
+    points = GRID * STEP
+    cloud = read(e57(_spherical(points), systems=[SPHERICAL]))
+    np.testing.assert_allclose(cloud.points, points, rtol=0.0, atol=1e-12)
+    assert cloud.columns == SPHERICAL
+    pose = (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5), 10.0, 20.0, 30.0)
+    scans, systems = (points[:30], _spherical(points[30:])), (CARTESIAN, SPHERICAL)
+    data = e57(*scans, systems=systems, pose=pose, rowIndex=LABELS[:30])
+    np.testing.assert_allclose(read(data).points, read(e57(points, pose=pose)).points, rtol=0.0, atol=1e-12)
+    np.testing.assert_array_equal(read(data, pick=Pick("rowIndex")).labels, [*LABELS[:30], *LABELS[:30]])
+
+
+def test_invalid_spherical_points_of_an_e57_are_left_out() -> None:
+    points = GRID * STEP
+    cloud = read(e57(_spherical(points), systems=[SPHERICAL], sphericalInvalidState=LABELS % 3))
+    np.testing.assert_allclose(cloud.points, points[LABELS % 3 == 0], rtol=0.0, atol=1e-12)
+    assert cloud.dropped == {"not_finite": np.count_nonzero(LABELS % 3)}
+
+
+def test_cartesian_coordinates_are_taken_where_a_scan_of_an_e57_has_both() -> None:
+    """The state of the spherical ones does not count then."""
+    both = np.hstack([POINTS, _spherical(POINTS)])
+    cloud = read(e57(both, systems=[CARTESIAN + SPHERICAL], sphericalInvalidState=LABELS % 3))
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    assert cloud.columns == CARTESIAN
+
+
+def test_a_scan_of_an_e57_without_coordinates_is_named() -> None:
+    data = e57(POINTS, POINTS, systems=[CARTESIAN, ("cartesianX", "cartesianY", "sphericalRange")])
+    with pytest.raises(
+        UnreadableFileError, match="scan 2 of the E57 file holds neither cartesian nor spherical"
+    ):
+        read(data)
 
 
 def test_an_organised_pcd_is_read_without_its_empty_returns() -> None:
@@ -254,19 +312,99 @@ def test_an_npz_that_leaves_a_choice_is_refused(data: bytes) -> None:
         read(data)
 
 
-def test_lists_of_one_length_may_stand_in_the_vertices_of_a_ply() -> None:
-    table = np.empty(60, [("ring", "O"), *((name, "f8") for name in "xyz"), ("label", "i4")])
+@pytest.mark.parametrize("lengths", [np.full(60, 2), LABELS % 4], ids=["of one length", "of any length"])
+@pytest.mark.parametrize("text", [False, True])
+def test_lists_may_stand_in_and_before_the_vertices_of_a_ply(lengths: np.ndarray, text: bool) -> None:
+    """Views and their weights among the coordinates, as photogrammetry writes them, behind uneven faces."""
+    names = [("x", "f8"), ("views", "O"), ("y", "f8"), ("weights", "O"), ("z", "f8"), ("label", "i4")]
+    table, faces = np.empty(60, names), np.empty(40, [("corners", "O")])
     for name, values in zip(("x", "y", "z", "label"), (*POINTS.T, LABELS), strict=True):
         table[name] = values
-    for text in (False, True):
-        for i in range(60):
-            table["ring"][i] = np.array([i, i + 1], "i4")
-        cloud = read(ply((table, "vertex"), text=text), pick=Pick("auto"))
-        np.testing.assert_array_equal(cloud.points, POINTS)
-        np.testing.assert_array_equal(cloud.labels, LABELS)
-        table["ring"][30] = np.array([1, 2, 3], "i4")
+    for i, length in enumerate(lengths):
+        table["views"][i] = np.arange(length, dtype="i4")
+        table["weights"][i] = np.ones(length + i % 2, "f4")
+    for i in range(40):
+        faces["corners"][i] = np.arange(3 + i % 2, dtype="i4")
+    data = ply((faces, "face"), (table, "vertex"), text=text)
+    cloud = read(data, pick=Pick("auto"))
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    np.testing.assert_array_equal(cloud.labels, LABELS)
+    for broken in (data[:-5], data.replace(b"element vertex 60", b"element vertex 61")):
         with pytest.raises(UnreadableFileError):
-            read(ply((table, "vertex"), text=text))
+            read(broken)
+
+
+LISTS = (
+    b"ply\nformat %s 1.0\nelement vertex 2\nproperty char x\nproperty list char uchar v\n"
+    b"property char y\nproperty char z\nend_header\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (b"1 2 9 9 2 3\n4 0 5 6\n", None),
+        (b"1 2 9 9 2 3\n4 1 5 6\n", "as long as its lists"),
+        (b"1 2 9 9 2 3\n4 -1 5 6\n", "start with its length"),
+        (b"1 2 9 9 2 3\n4 0 5 6 7\n", "as long as its lists"),
+        (b"1 2 9 9 2 3\n", "announces 2 rows"),
+    ],
+)
+def test_rows_of_an_ascii_ply_are_as_long_as_their_lists(rows: bytes, said: str | None) -> None:
+    data = LISTS % b"ascii" + rows
+    if said is None:
+        np.testing.assert_array_equal(read(data).points, [[1, 2, 3], [4, 5, 6]])
+        return
+    with pytest.raises(UnreadableFileError, match=said):
+        read(data)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (b"\1\2xx\2\3\4\0\5\6", None),
+        (b"\1\2xx\2\3\4\xff\5\6", "negative length"),
+        (b"\1\2xx\2\3\4\1\5\6", "ends within"),
+        (b"\1\x7fxx\2\3\4\0\5\6", "ends within"),
+        (b"\1\2xx\2\3\4\0\5\6abcd", "4 bytes follow"),
+        (b"\1\2xx\2\3", "which need 8 bytes"),
+    ],
+)
+def test_rows_of_a_binary_ply_are_as_long_as_their_lists(rows: bytes, said: str | None) -> None:
+    data = LISTS % b"binary_little_endian" + rows
+    if said is None:
+        np.testing.assert_array_equal(read(data).points, [[1, 2, 3], [4, 5, 6]])
+        return
+    with pytest.raises(UnreadableFileError, match=said):
+        read(data)
+
+
+def test_lists_of_a_ply_are_read_in_either_order_of_bytes() -> None:
+    head = LISTS.replace(b"char x", b"double x").replace(b"list char uchar", b"list ushort float")
+    for order, name in (("<", b"binary_little_endian"), (">", b"binary_big_endian")):
+        rows = struct.pack(f"{order}dH300fbbdHbb", 1.5, 300, *[7.0] * 300, 2, 3, 4.5, 0, 5, 6)
+        np.testing.assert_array_equal(read(head % name + rows).points, [[1.5, 2, 3], [4.5, 5, 6]])
+
+
+def test_rows_of_lists_are_stepped_over_up_to_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ply_reader, "_LISTS_LIMIT", 1)
+    with pytest.raises(UnreadableFileError, match="2 rows of lists"):
+        read(LISTS % b"binary_little_endian" + b"\1\2xx\2\3\4\0\5\6")
+
+
+@pytest.mark.parametrize("end", [b"\r", b"\r\n", b"\n"], ids=["old Mac", "Windows", "Unix"])
+@pytest.mark.parametrize("x", [1, 10, 13, 2570, 3338])
+def test_lines_of_a_ply_end_as_its_first_one(end: bytes, x: int) -> None:
+    """Behind the header of a binary one stand bytes that may be ends of lines themselves."""
+    head = (
+        "ply \nformat  binary_little_endian   1.0 \ncomment in \u00c5 by me\nelement vertex 2\n"
+        "property short x\nproperty short y\nproperty short z\nend_header \t\n"
+    ).encode()
+    points = np.array([[x, 2, 3], [4, 5, 6]])
+    binary = head.replace(b"\n", end) + points.astype("<i2").tobytes()
+    np.testing.assert_array_equal(read(binary).points, points)
+    text = head.replace(b"binary_little_endian", b"ascii") + b"%d 2 3\n4 5 6\n" % x
+    np.testing.assert_array_equal(read(text.replace(b"\n", end)).points, points)
 
 
 def test_a_missing_pye57_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -293,6 +431,32 @@ def test_a_pcd_file_begins_with_any_comment(encoding: str, above: bytes) -> None
         cloud = read(file)
         assert cloud.format == "pcd"
         np.testing.assert_array_equal(cloud.points, read(data).points)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary"])
+@pytest.mark.parametrize("end", [b"\r", b"\r\n"])
+def test_lines_of_a_pcd_header_end_in_any_way(encoding: str, end: bytes) -> None:
+    data = pcd(POINTS, encoding)
+    start = data.index(b"DATA") + len(b"DATA " + encoding.encode() + b"\n")
+    rows = data[start:].replace(b"\n", end) if encoding == "ascii" else data[start:]
+    np.testing.assert_array_equal(read(data[:start].replace(b"\n", end) + rows).points, read(data).points)
+
+
+def test_headers_of_old_pcd_files_are_read() -> None:
+    """COLUMNS for FIELDS, and POINTS without WIDTH and HEIGHT."""
+    head = b"VERSION .5\nCOLUMNS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nPOINTS 2\nDATA ascii\n"
+    np.testing.assert_array_equal(read(head + b"1 2 3\n4 5 6\n").points, [[1, 2, 3], [4, 5, 6]])
+    for broken in (head.replace(b"TYPE", b"FIELDS x y z\nTYPE"), head.replace(b"POINTS 2", b"WIDTH 2")):
+        with pytest.raises(UnreadableFileError):
+            read(broken + b"1 2 3\n4 5 6\n")
+
+
+@pytest.mark.parametrize("word", [b"ply", b"PLY", b"\xef\xbb\xbfply"])
+def test_a_ply_is_known_by_its_first_word(word: bytes) -> None:
+    data = word + ply((records(POINTS), "vertex")).removeprefix(b"ply")
+    cloud = read(data)
+    assert cloud.format == "ply"
+    np.testing.assert_array_equal(cloud.points, POINTS)
 
 
 def test_many_variable_length_records_are_stepped_over(monkeypatch: pytest.MonkeyPatch) -> None:

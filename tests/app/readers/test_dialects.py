@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from primfit.app.readers import Pick, UnreadableFileError, read
+from primfit.app.readers import Limits, Pick, UnreadableFileError, read
+from primfit.app.readers.lines import plain_numbers
 
 POINTS = np.random.default_rng(6).normal(size=(20, 3)) * 100.0 + [1e6, -2e6, 3.0]
 ROWS = [" ".join(map(repr, row)) for row in POINTS.tolist()]
@@ -17,10 +18,102 @@ def test_a_pts_file_is_read_to_the_last_digit(tail: str, end: str) -> None:
     assert cloud.columns == ("x", "y", "z")
 
 
-def test_a_pts_file_of_several_scans_is_refused() -> None:
+SCANS = {
+    "one": ("20", None, None),
+    "one, too few announced": ("19", None, "The first line announces 19 points, 20 follow; all are read."),
+    "one, too many announced": (
+        "1000000000000",
+        None,
+        "The first line announces 1000000000000 points, 20 follow",
+    ),
+    "several": ("7", "13", None),
+    "several, the first wrong": ("6", "13", "1 of 2 counts are wrong: one announces 6 points, 7 follow"),
+    "several, the last wrong": ("7", "0", "1 of 2 counts are wrong: one announces 0 points, 13 follow"),
+}
+
+
+@pytest.mark.parametrize(("first", "second", "said"), SCANS.values(), ids=SCANS)
+def test_all_points_of_a_pts_file_are_read_whatever_it_announces(
+    first: str, second: str | None, said: str | None
+) -> None:
+    rows = [first, *ROWS[:7], *([] if second is None else [second]), *ROWS[7:]]
+    cloud = read("\n".join(rows).encode(), Limits(points=20))
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    assert len(cloud.warnings) == (said is not None)
+    assert all(warning.startswith(str(said)) for warning in cloud.warnings)
+
+
+def test_labels_of_a_pts_file_of_several_scans_are_those_of_its_points() -> None:
+    cloud = read(b"2\n1 2 3 4\n4 5 6 5\n1\n7 8 9 6\n", pick=Pick("4"))
+    np.testing.assert_array_equal(cloud.labels, [4, 5, 6])
+
+
+def test_a_bad_row_of_a_pts_file_is_named_and_its_counts_are_none() -> None:
     with pytest.raises(UnreadableFileError) as caught:
-        read("\n".join(["10", *ROWS[:10], "10", *ROWS[10:]]).encode())
-    assert caught.value.field == "line 12"
+        read(b"2\n1 2 3\n4 5 6\n2\n7 8 9\n1 x 2\n")
+    assert [error.field for error in caught.value.errors] == ["line 6, column 2"]
+
+
+WHOLE = (
+    b"x,y,z\n1,2,3\n4,5,6\n7,8,9\n",
+    b"v 1 2 3\nv 4 5 6\nv 7 8 9\nf 1 2 3\n",
+    b"4\n1 2 3\n4 5 6\n7 8 9\n1 1 2\n",
+)
+
+
+@pytest.mark.parametrize("text", WHOLE)
+def test_a_text_whose_line_ends_were_taken_away_is_told_so(text: bytes) -> None:
+    read(text)
+    with pytest.raises(UnreadableFileError, match="one line: its line ends were taken away") as caught:
+        read(text.replace(b"\n", b"") * 2)
+    assert caught.value.field == "line 1"
+
+
+def test_one_point_needs_no_line_end() -> None:
+    np.testing.assert_array_equal(read(b"1 2 3 0 0 1 10 20 30").points, [[1, 2, 3]])
+
+
+def test_rows_of_a_pts_file_may_be_cut_by_commas() -> None:
+    cloud = read(b"2\n1,2,3,7\n4,5,6,7\n")
+    np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [4, 5, 6]])
+    assert cloud.warnings == ()
+
+
+FORTRAN = "x y z id\n  0.1234D+02 -1.5d-3 .25D0 A1D2\n  1.D+00  2D+00  3 12D4\n"
+
+
+def test_exponents_of_fortran_are_numbers_and_no_part_of_words() -> None:
+    cloud = read(FORTRAN.encode(), pick=Pick("id"))
+    np.testing.assert_array_equal(cloud.points, [[12.34, -1.5e-3, 0.25], [1.0, 2.0, 3.0]])
+    assert cloud.labels is not None and cloud.labels.tolist() == ["A1D2", "12D4"]
+    for delimiter in ";,\t":
+        cut = "\n".join(delimiter.join(line.split()) for line in FORTRAN.splitlines())
+        np.testing.assert_array_equal(read(cut.encode()).points, cloud.points)
+
+
+SPELT = ("1.#QNAN", "1.#QNAN0", "-1.#IND", "-1.#IND00", "1.#SNAN", "nan(ind)", "-nan(snan)", "-NAN(IND)")
+INFINITE = (("1.#INF", np.inf), ("-1.#INF00", -np.inf))
+
+
+@pytest.mark.parametrize(
+    ("word", "value"), [*((word, np.nan) for word in SPELT), *INFINITE], ids=[*SPELT, *dict(INFINITE)]
+)
+def test_what_is_no_number_is_read_as_any_compiler_writes_it(word: str, value: float) -> None:
+    assert np.array_equal(np.array([float(plain_numbers(word.encode()))]), [value], equal_nan=True)
+    ply = (
+        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+        "property float nx\nproperty float ny\nproperty float nz\nend_header\n1 2 3 1 0 %s\n4 5 6 0 0 1\n"
+    )
+    pcd = (
+        "VERSION 0.7\nFIELDS x y z i\nSIZE 4 4 4 4\nTYPE F F F F\nWIDTH 2\nHEIGHT 1\n"
+        "DATA ascii\n1 2 3 %s\n4 5 6 1\n"
+    )
+    obj = "v 1 2 3\nv 4 5 6\nvn 0 0 %s\nvn 0 0 1\nf 1//1 2//2 1//1\n"
+    text = "x y z nx ny nz\n1 2 3 0 0 %s\n4 5 6 0 0 1\n"
+    for file in (ply, pcd, obj, text):
+        cloud = read((file % word).encode())
+        np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [4, 5, 6]])
+        assert cloud.normals is None
 
 
 def test_an_asc_file_of_points_is_read_and_a_grid_is_not() -> None:

@@ -96,23 +96,32 @@ def laz(points: Array = POINTS, **options: Any) -> bytes:
     return las(points, compressed=True, **options)
 
 
+CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
+SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
+
+
 def e57(
-    *scans: Array, kind: str = "double", pose: Sequence[float] | None = None, **extra: NDArray[Any]
+    *scans: Array,
+    kind: str = "double",
+    pose: Sequence[float] | None = None,
+    systems: Sequence[Sequence[str]] = (),
+    **extra: NDArray[Any],
 ) -> bytes:
     """E57, by libE57Format: coordinates as `double`, `single` or `scaled` integers in steps of 1e-4.
 
-    `pose` is a quaternion w, x, y, z and a shift; `extra` are integer fields of each scan.
+    `pose` is a quaternion w, x, y, z and a shift; `systems` names the coordinates of each scan, which are
+    cartesian if it does not; `extra` are integer fields of each scan.
     """
     with TemporaryDirectory() as folder:
         path = Path(folder, "cloud.e57")
         with pye57.E57(str(path), "w") as file:
-            for points in scans:
-                _write_scan(file, points, kind, pose, extra)
+            for points, system in zip(scans, systems or [CARTESIAN] * len(scans), strict=True):
+                _write_scan(file, dict(zip(system, points.T, strict=True)), kind, pose, extra)
         return path.read_bytes()
 
 
 def _write_scan(
-    file: pye57.E57, points: Array, kind: str, pose: Sequence[float] | None, extra: Extra
+    file: pye57.E57, points: Extra, kind: str, pose: Sequence[float] | None, extra: Extra
 ) -> None:
     image = file.image_file
     scan = libe57.StructureNode(image)
@@ -126,17 +135,16 @@ def _write_scan(
                 node.set(name, libe57.FloatNode(image, value))
     prototype = libe57.StructureNode(image)
     buffers = libe57.VectorSourceDestBuffer()
-    columns = dict(zip(("cartesianX", "cartesianY", "cartesianZ"), points.T, strict=True)) | extra
     kept = []
-    for name, values in columns.items():
+    for name, values in (points | extra).items():
         prototype.set(name, _field(image, kind, name in extra))
         kept.append(np.ascontiguousarray(values, dtype=np.float64))
-        buffers.append(libe57.SourceDestBuffer(image, name, kept[-1], len(points), True, True))
+        buffers.append(libe57.SourceDestBuffer(image, name, kept[-1], len(values), True, True))
     records = libe57.CompressedVectorNode(image, prototype, libe57.VectorNode(image, True))
     scan.set("points", records)
     file.data3d.append(scan)
     writer = records.writer(buffers)
-    writer.write(len(points))
+    writer.write(len(kept[0]))
     writer.close()
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from primfit.fitting.errors import InvalidPointCloudError
+from primfit.fitting.geometry.vectors import bounds
 from primfit.fitting.noise import rounding
 from primfit.fitting.noise.rounding import rounding_of
 from primfit.fitting.recognize import recognize
@@ -75,3 +76,50 @@ def test_a_fine_step_taken_for_noise_hides_the_exact_points(monkeypatch: Patch) 
     assert radius_error(points) < 1e-5
     monkeypatch.setattr(rounding, "COARSEST_STEPS", np.inf)
     assert radius_error(points) > 1e-3
+
+
+FAR = np.array([532_415.3, 5_463_024.7, 316.2])
+"""Where the step of float32 numbers is 0.5."""
+
+
+def in_float32(points: np.ndarray, size: float) -> np.ndarray:
+    """A cloud of a size of about 2, made this much larger, and stored far from the origin as float32."""
+    return (size / 2.0 * points + FAR).astype(np.float32).astype(np.float64)
+
+
+def test_a_cloud_of_few_float32_steps_is_refused_and_the_remedy_told() -> None:
+    points = sample(EXAMPLES["sphere"], 500) / EXAMPLES["sphere"].radius
+    said = r"not 30 steps of its coordinates; float32 .* steps of 0\.5: store float64, or subtract an offset"
+    for size in (2.0, 10.0):
+        with pytest.raises(InvalidPointCloudError, match=said):
+            recognize(in_float32(points, size))
+        assert recognize(size / 2.0 * points + FAR).status == "fitted"
+    assert recognize(in_float32(points, 20.0)).primitive is not None
+
+
+def test_points_that_float32_makes_one_or_a_line_are_told_so() -> None:
+    points = sample(EXAMPLES["sphere"], 500) / EXAMPLES["sphere"].radius
+    with pytest.raises(InvalidPointCloudError, match=r"the same one; float32 .* steps of 0\.5"):
+        recognize(in_float32(1e-6 * points, 2.0))
+    with pytest.raises(InvalidPointCloudError, match=r"collinear .* determined; float32 .* steps of 0\.5"):
+        recognize(in_float32([0.1, 0.1, 100.0] * points, 1.0))
+
+
+def test_float32_steps_are_coarse_only_far_from_the_origin_and_where_all_numbers_are_such() -> None:
+    points = sample(EXAMPLES["sphere"], 500) / EXAMPLES["sphere"].radius
+    near = points.astype(np.float32).astype(np.float64)
+    assert rounding.float32_step(near, bounds(near)) is None
+    for size, step in ((20.0, 0.5), (400.0, 0.5), (600.0, None)):
+        far = in_float32(points, size)
+        assert rounding.float32_step(far, bounds(far)) == step
+        far[17, 2] += 1e-9
+        assert rounding.float32_step(far, bounds(far)) is None
+
+
+def test_a_grid_of_whole_numbers_was_not_made_by_float32() -> None:
+    x, y = np.meshgrid(np.arange(10.0), np.arange(10.0))
+    grid = np.column_stack([x.ravel(), y.ravel(), 0.25 * x.ravel()]) + np.floor(FAR)
+    assert rounding.float32_step(grid, bounds(grid)) is None
+    assert recognize(grid).status == "fitted"
+    halves = grid - [0.0, 0.5, 0.0] * (x.reshape(-1, 1) == 3.0)
+    assert rounding.float32_step(halves, bounds(halves)) == 0.5
