@@ -13,6 +13,7 @@ _LINE_LIMIT = 64 * 1024
 _PIECE = 4 * _LINE_LIMIT
 # Bad rows are counted this far: to count millions takes seconds.
 COUNTED = 10_000
+ENDS_TAKEN = "curl -d takes the line ends out of a file: use --data-binary"
 _BOM = b"\xef\xbb\xbf"
 
 Rows = Callable[[], Iterator[tuple[int, str]]]
@@ -25,7 +26,8 @@ def check_lines(data: memoryview) -> None:
         piece = bytes(data[start : start + _LINE_LIMIT])
         end = max(piece.rfind(b"\n"), piece.rfind(b"\r")) + 1
         if not end:
-            raise UnreadableFileError(f"line {number}", "the line is over 64 KiB long")
+            hint = f"; {ENDS_TAKEN}" if number == 1 else ""
+            raise UnreadableFileError(f"line {number}", f"the line is over 64 KiB long{hint}")
         start += end
         number += piece.count(b"\n", 0, end)
 

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from .cloud import Cloud, build_cloud, string_labels
 from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 from .limits import UNLIMITED, Limits
-from .lines import COUNTED, check_lines, counted, is_number, lines
+from .lines import COUNTED, ENDS_TAKEN, check_lines, counted, is_number, lines
 from .tables import COMMENT, ROW, Layout, cells_of, look
 
+_CUT = re.compile(rb"[;,\s]+")
+# More than this is hardly one point: a scanner's row may hold coordinates, color, intensity, normal, time.
+_MOST_IN_A_ROW = 20
 _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
 # What ends a file of old DOS programs.
 _CTRL_Z = b"\x1a"
@@ -26,6 +29,7 @@ def read_text(data: memoryview, limits: Limits = UNLIMITED, labels: str | None =
         text = text.replace(b"\r", b"\n")
     if b"\0" in text:
         raise UnreadableFileError("file", "neither text nor a format that is known (CSV, XYZ, TXT, NPY, PLY)")
+    _check_ends(text)
     limits.check_points(text.count(b"\n") // 2 - 1000)
     layout = look(text, labels)
     if layout.announced is not None:
@@ -41,6 +45,12 @@ def read_text(data: memoryview, limits: Limits = UNLIMITED, labels: str | None =
         raise UnreadableFileError("line 1", message)
     found = None if layout.columns.label is None else _labels(cells)
     return build_cloud(table, layout.columns.packed(), "text", found)
+
+
+def _check_ends(text: bytes) -> None:
+    """Refuse a text of one line that holds the numbers of several points."""
+    if b"\n" not in text.strip() and (n_values := len(_CUT.split(text))) > _MOST_IN_A_ROW:
+        raise UnreadableFileError("file", f"the file holds one line, of {n_values} values; {ENDS_TAKEN}")
 
 
 def _labels(cells: list[str]) -> NDArray[Any]:

@@ -5,6 +5,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
+from urllib.parse import urlsplit
 
 import limits
 from pydantic import AfterValidator, BeforeValidator, DirectoryPath, Field, SecretStr, ValidationError
@@ -61,6 +62,16 @@ def _proxy(text: str) -> str:
         except ValueError:
             raise ValueError("an IP address, a network such as 10.0.0.0/8, or * is needed") from None
     return text
+
+
+def _origin(text: str) -> str:
+    """As a browser sends it, so that the two can be compared."""
+    parts = urlsplit(text.lower())
+    if text != "*" and (
+        parts.scheme not in ("http", "https") or text.lower() != f"{parts.scheme}://{parts.netloc}"
+    ):
+        raise ValueError("an origin such as https://viewer.example.com:8443, without a path, or * is needed")
+    return text.lower()
 
 
 class Settings(BaseSettings):
@@ -120,6 +131,13 @@ class Settings(BaseSettings):
         default=(),
         description="addresses or networks of proxies whose `X-Forwarded-For` says who the client is; "
         "`*` trusts everybody",
+    )
+    cors_origins: Annotated[
+        tuple[Annotated[str, AfterValidator(_origin)], ...], NoDecode, BeforeValidator(_split)
+    ] = Field(
+        default=(),
+        description="origins of web pages whose scripts may ask, such as https://viewer.example.com; "
+        "`*` stands for all of them, and without any only pages of the service itself may",
     )
     log_format: Literal["text", "json"] = Field(
         default="text", description="one line an event, for people or for machines"

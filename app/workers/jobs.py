@@ -14,11 +14,13 @@ from primfit.fitting.names import ANSWER_PARTS
 
 from ..engine.answer import answered, receipt, to_json, versions
 from ..engine.fit import fit
+from ..engine.names import base_name
 from ..exports import Fitted, bundle, check_parts
 from ..readers import Cloud, Limits, UnreadableFileError, read, read_json, read_unpacked, unpack
 from ..wire.artifacts import NAMES, split_query
+from ..wire.disposition import attachment
 from ..wire.etag import etag, names
-from ..wire.multipart import split_parts
+from ..wire.multipart import find_parts, split_parts
 from ..wire.options import check_options, parse_options
 from ..wire.problems import MEDIA_TYPE, AlreadyAnsweredError, problem
 from . import logs
@@ -114,7 +116,8 @@ def _fit(job: FitJob) -> Reply:
     seconds = {"read": read_at - started, "fit": facts["fit_seconds"]}
     if wanted is not None:
         archive = bundle(to_json(content), Fitted(recognition, cloud, options), wanted)
-        return Reply(200, archive, ZIP, seconds=seconds, facts=facts)
+        named = {"Content-Disposition": attachment(_archive_name(body, job))}
+        return Reply(200, archive, ZIP, named, seconds, facts)
     headers = {"ETag": etag(content["receipt"], cloud)}
     return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
 
@@ -149,3 +152,14 @@ def _read(body: bytes | memoryview, job: FitJob) -> tuple[Cloud, Mapping[str, An
     beside = parse_options(parts["options"]) if "options" in parts else {}
     file = memoryview(parts["file"])
     return read_unpacked(file, job.limits) if job.coding else read(file, job.limits), beside
+
+
+def _archive_name(body: bytes | memoryview, job: FitJob) -> str:
+    """`scan.zip` for an upload of `scan.csv.gz`, `primfit.zip` where no name came with the cloud."""
+    if job.media_type != "multipart/form-data":
+        return "primfit.zip"
+    files = (part.filename for part in find_parts(body, job.content_type) if part.name == "file")
+    name = base_name(next(files, None)) or "primfit"
+    if name.lower().endswith((".gz", ".zst")):
+        name = name.rpartition(".")[0]
+    return f"{name.rpartition('.')[0] or name}.zip"
