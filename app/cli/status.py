@@ -12,7 +12,7 @@ BADNESS = (*EXIT.values(), BAD_INPUT, INTERNAL_ERROR)
 
 
 def complain(subject: str, message: str) -> None:
-    """Say what is wrong, on a line of standard error; names from files may hold what moves a terminal's cursor."""
+    """Say what is wrong on standard error; names from files may hold what would move a terminal's cursor."""
     line = f"primfit: {subject}: {message}"
     print("".join(letter if letter.isprintable() else "?" for letter in line), file=sys.stderr)
 

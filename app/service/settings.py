@@ -2,10 +2,10 @@
 
 import ipaddress
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
-from urllib.parse import urlsplit
 
 import limits
 from pydantic import AfterValidator, BeforeValidator, DirectoryPath, Field, SecretStr, ValidationError
@@ -66,10 +66,7 @@ def _proxy(text: str) -> str:
 
 def _origin(text: str) -> str:
     """As a browser sends it, so that the two can be compared."""
-    parts = urlsplit(text.lower())
-    if text != "*" and (
-        parts.scheme not in ("http", "https") or text.lower() != f"{parts.scheme}://{parts.netloc}"
-    ):
+    if text != "*" and not re.fullmatch(r"(?i)https?://[^\s/?#@]+", text):
         raise ValueError("an origin such as https://viewer.example.com:8443, without a path, or * is needed")
     return text.lower()
 

@@ -66,8 +66,8 @@ app.command(
 
 
 def main() -> None:
-    """Entry point of the `primfit` command."""
-    app()
+    """Entry point of the `primfit` command, which has this name as `python -m primfit`, too."""
+    app(prog_name="primfit")
 
 
 if __name__ == "__main__":
