@@ -22,7 +22,7 @@ from ..workers import PRELOAD, jobs
 from ..workers.batch_jobs import OpenJob
 from ..workers.pool import WorkerPool
 from ..workers.request_id import RequestId
-from . import metrics, openapi, operations
+from . import docs_page, metrics, openapi, operations
 from .batch_stream import Batch, Lines, scratch_file
 from .body import received
 from .browsers import share_with
@@ -33,7 +33,6 @@ from .observe import Observer
 from .settings import Settings, load
 
 _INSTALLED = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}
-_DOCS = Path(__file__).with_name("docs.html")
 requests, router = APIRouter(), APIRouter()
 """What fits clouds, and the rest."""
 
@@ -251,7 +250,8 @@ async def root(request: Request) -> RedirectResponse:
 @router.get("/docs", include_in_schema=False)
 async def docs() -> HTMLResponse:
     """The API in a browser, without anything from elsewhere."""
-    return HTMLResponse(_DOCS.read_text())
+    document, headers = docs_page.page()
+    return HTMLResponse(document, headers=headers)
 
 
 def _versions(request: Request) -> Versions:
