@@ -1,10 +1,13 @@
 """What people and browsers do first: `/`, HEAD, curl's own media type, names of downloads, other origins."""
 
+import asyncio
 from collections.abc import Iterator
 
 import httpx
 import pytest
 
+from primfit.app.service.api import create_app
+from primfit.app.service.settings import Settings
 from primfit.app.wire.disposition import attachment
 from tests.app.service.asking import is_problem
 from tests.app.serving import ALICE, Service, running
@@ -36,6 +39,16 @@ def test_the_root_leads_to_the_documentation(request: pytest.FixtureRequest, nam
     # Beside where it was asked for: a proxy may have taken a prefix away.
     assert answer.headers["location"] == "docs"
     assert "primfit API" in client.get("/", follow_redirects=True).text
+
+
+def test_a_service_that_knows_its_prefix_leads_there_in_full() -> None:
+    async def asked() -> httpx.Response:
+        transport = httpx.ASGITransport(create_app(Settings()), root_path="/primfit")
+        async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
+            return await client.get("/primfit/")
+
+    answer = asyncio.run(asked())
+    assert (answer.status_code, answer.headers["location"]) == (307, "/primfit/docs")
 
 
 @pytest.mark.parametrize(
