@@ -73,7 +73,7 @@ class Artifacts:
 
 
 def _check_overwriting(files: dict[str, Path], read: str) -> None:
-    taken = {_known_by(Path(read)): "the input"}
+    taken = {_known_by(read): "the input"}
     for format, file in files.items():
         known = _known_by(file)
         if known in taken:
@@ -81,9 +81,9 @@ def _check_overwriting(files: dict[str, Path], read: str) -> None:
         taken[known] = f"the export {format}"
 
 
-def _known_by(file: Path) -> tuple[int, int] | Path:
+def _known_by(file: str | Path) -> tuple[int, int] | Path:
     """What the names of one file have in common; of one that is yet to be made its place."""
-    return identity(file) or file.resolve()
+    return identity(file) or Path(file).resolve()
 
 
 def _refused(subject: str, message: str) -> typer.Exit:

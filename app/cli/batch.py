@@ -29,6 +29,10 @@ _POINT = 40
 """Bytes of a point in a file, roughly."""
 
 
+class InterruptedRunError(RuntimeError):
+    """Ctrl-C; the message says how many inputs were done."""
+
+
 class CollisionError(ValueError):
     """Two inputs would write the same output, or an output would overwrite an input."""
 
@@ -141,22 +145,32 @@ def run(
         An answer cannot be written.
     LostWorkerError
         A process was ended from outside.
+    InterruptedRunError
+        Ctrl-C was pressed.
     """
     # Imported here, because every process looks up in this file what to do.
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    summary = Summary()
+    summary, finished = Summary(), 0
+    before = {target: identity(target) for target in targets}
     terminal = Console(stderr=True)
     columns = (TextColumn("fitting"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with (
-        Team(workers if labels else min(workers, len(targets))) as team,
-        Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress,
-    ):
-        task = progress.add_task("fitting", total=len(targets))
-        for number, kept in _kept(targets, format, options, labels, team):
-            summary.add(*kept)
-            progress.update(task, completed=number)
+    try:
+        with (
+            Team(workers if labels else min(workers, len(targets))) as team,
+            Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress,
+        ):
+            task = progress.add_task("fitting", total=len(targets))
+            for number, kept in _kept(targets, format, options, labels, team):
+                summary.add(*kept)
+                progress.update(task, completed=number)
+                # The last segment of a file looks like any other.
+                finished = number - 1 if labels else number
+    except KeyboardInterrupt:
+        # Processes are ahead of what came back from them: each answer is a new file.
+        later = sum(identity(target) not in (None, before[target]) for target in list(targets)[finished:])
+        raise InterruptedRunError(f"{finished + later} of {len(targets)} done") from None
     return summary
 
 

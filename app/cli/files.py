@@ -18,11 +18,11 @@ from ..engine.names import plain
 from ..engine.team import Outcome, Ready, Team, chunks
 from ..readers import Cloud, Pick, UnreadableFileError, read
 from ..readers.columns import as_columns
+from .identity import STDIN
 
 if TYPE_CHECKING:
     from ..exports import Fitted
 
-STDIN = "-"
 R = TypeVar("R")
 
 
@@ -79,6 +79,8 @@ def _read(name: str, options: Mapping[str, Any], labels: str | None) -> tuple[Cl
 
 def _problem(name: str, error: Exception) -> Problem:
     match error:
+        case IsADirectoryError():
+            return Problem(name, "a folder; to fit the clouds in it: primfit batch FOLDER --out ANSWERS")
         case OSError():
             return Problem(name, error.strerror or str(error))
         case UnreadableFileError():

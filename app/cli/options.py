@@ -18,7 +18,12 @@ FLAGS = {"kinds": "kind", "constraints": "constraint"}
 Kind = StrEnum("Kind", [(kind, kind) for kind in names.KINDS])  # type: ignore[misc]
 Part = StrEnum("Part", [(part, part) for part in (*names.ANSWER_PARTS, "none")])  # type: ignore[misc]
 Kinds = Annotated[
-    list[Kind] | None, typer.Option("--kind", help="Allow this kind (repeatable); all of them by default.")
+    list[Kind] | None,
+    typer.Option(
+        "--kind",
+        metavar="KIND",
+        help=f"Allow this kind (repeatable): {', '.join(names.KINDS)}; all of them by default.",
+    ),
 ]
 Classifier = Annotated[
     ClassifierName | None,
@@ -27,9 +32,10 @@ Classifier = Annotated[
 Criterion = Annotated[
     names.Criterion | None,
     typer.Option(
+        metavar="NAME",
         help="What the parameters minimise: 'robust' rejects outliers, 'least_squares' counts every point "
-        "alike; the others are M-estimators, the minimum zone, and spheres or cylinders with all points "
-        "inside or outside.",
+        "alike; 'huber' and 'tukey' are M-estimators; 'minimum_zone', and for spheres and cylinders "
+        "'minimum_circumscribed' and 'maximum_inscribed', are those of metrology.",
         show_default=names.CRITERION,
     ),
 ]
@@ -63,8 +69,9 @@ InitialGuess = Annotated[
 Include = Annotated[
     list[Part] | None,
     typer.Option(
-        help="Parts of the answer that are wanted (repeatable), both by default; with 'none' neither. Others "
-        "are not computed."
+        metavar="PART",
+        help="Compute this part of the answer (repeatable): extents, uncertainty; by default both, with "
+        "'none' neither.",
     ),
 ]
 Labels = Annotated[

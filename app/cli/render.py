@@ -5,7 +5,6 @@ from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.padding import Padding
-from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
@@ -33,7 +32,7 @@ def render(name: str, body: Mapping[str, Any]) -> RenderableType:
         f"  {receipt['n_points']:,} points, {receipt['format']} {' '.join(receipt['columns'])}",
     )
     found = Text.assemble((worded(status), f"bold {COLOR[status]}"), "  ", body["message"])
-    parts: list[RenderableType] = [Rule(title, align="left", style="dim"), found]
+    parts: list[RenderableType] = [Text.assemble(("── ", "dim"), title), found]
     parts += [Padding(_grid(section), (1, 0, 0, 0)) for section in sections(body)]
     parts.append(Padding(_attempts(body["attempts"]), (1, 0, 1, 0)))
     return Group(*parts)

@@ -12,7 +12,9 @@ BADNESS = (*EXIT.values(), BAD_INPUT, INTERNAL_ERROR)
 
 
 def complain(subject: str, message: str) -> None:
-    print(f"primfit: {subject}: {message}", file=sys.stderr)
+    """Say what is wrong on standard error; names from files may hold what would move a terminal's cursor."""
+    line = f"primfit: {subject}: {message}"
+    print("".join(letter if letter.isprintable() else "?" for letter in line), file=sys.stderr)
 
 
 def worst(statuses: Iterable[int]) -> int:

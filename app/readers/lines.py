@@ -13,6 +13,7 @@ _LINE_LIMIT = 64 * 1024
 _PIECE = 4 * _LINE_LIMIT
 # Bad rows are counted this far: to count millions takes seconds.
 COUNTED = 10_000
+ENDS_TAKEN = "curl -d takes the line ends out of a file: use --data-binary"
 BOM = b"\xef\xbb\xbf"
 _HEAD = 1024 * 1024
 # Between the cells of one point, with its normal and color, there are no more delimiters.
@@ -36,8 +37,7 @@ def check_line_ends(data: memoryview) -> None:
     if b"\n" in head or b"\r" in head or b"\0" in head:
         return
     if len(re.findall(rb"[,;\s]+", head)) > _MOST_CUTS:
-        message = "the text is one line: its line ends were taken away, as `curl -d` does; use --data-binary"
-        raise UnreadableFileError("line 1", message)
+        raise UnreadableFileError("line 1", f"the text is one line; {ENDS_TAKEN}")
 
 
 def check_lines(data: memoryview) -> None:
@@ -47,7 +47,8 @@ def check_lines(data: memoryview) -> None:
         piece = bytes(data[start : start + _LINE_LIMIT])
         end = max(piece.rfind(b"\n"), piece.rfind(b"\r")) + 1
         if not end:
-            raise UnreadableFileError(f"line {number}", "the line is over 64 KiB long")
+            hint = f"; {ENDS_TAKEN}" if number == 1 else ""
+            raise UnreadableFileError(f"line {number}", f"the line is over 64 KiB long{hint}")
         start += end
         number += piece.count(b"\n", 0, end)
 

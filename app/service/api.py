@@ -8,7 +8,7 @@ from pathlib import Path
 from time import perf_counter
 
 from fastapi import APIRouter, FastAPI, Request, Response
-from fastapi.responses import HTMLResponse, PlainTextResponse
+from fastapi.responses import HTMLResponse, PlainTextResponse, RedirectResponse
 from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
@@ -22,17 +22,17 @@ from ..workers import PRELOAD, jobs
 from ..workers.batch_jobs import OpenJob
 from ..workers.pool import WorkerPool
 from ..workers.request_id import RequestId
-from . import metrics, openapi, operations
+from . import docs_page, metrics, openapi, operations
 from .batch_stream import Batch, Lines, scratch_file
 from .body import received
+from .browsers import share_with
 from .capabilities import capabilities
 from .guard import Guard
-from .media_types import MEDIA_TYPES, WHAT_IS_READ
+from .media_types import MEDIA_TYPES, what_to_send
 from .observe import Observer
 from .settings import Settings, load
 
 _INSTALLED = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}
-_DOCS = Path(__file__).with_name("docs.html")
 requests, router = APIRouter(), APIRouter()
 """What fits clouds, and the rest."""
 
@@ -62,9 +62,13 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.stopping = False
     app.include_router(requests)
     app.include_router(router)
+    for route in router.routes:
+        if isinstance(route, APIRoute):
+            app.head(route.path, include_in_schema=False)(route.endpoint)
     # The last one added sees a request first.
     app.add_middleware(Shortcut)
     app.add_middleware(Guard, keys=settings.keys(), rate_limit=settings.rate_limit)
+    share_with(app, settings.cors_origins)
     app.add_middleware(Observer, metrics=app.state.metrics)
     app.add_middleware(RequestId)
     for error in (*problems.KINDS, HTTPException, Exception):
@@ -236,10 +240,18 @@ async def read_metrics(request: Request) -> Response:
     return Response(request.app.state.metrics.text(), media_type=metrics.MEDIA_TYPE)
 
 
+@router.get("/", include_in_schema=False)
+async def root(request: Request) -> RedirectResponse:
+    """To the documentation, which lies beside this path also where a proxy has taken a prefix away."""
+    prefix = request.scope.get("root_path", "")
+    return RedirectResponse(f"{prefix}/docs" if prefix else "docs")
+
+
 @router.get("/docs", include_in_schema=False)
 async def docs() -> HTMLResponse:
     """The API in a browser, without anything from elsewhere."""
-    return HTMLResponse(_DOCS.read_text())
+    document, headers = docs_page.page()
+    return HTMLResponse(document, headers=headers)
 
 
 def _versions(request: Request) -> Versions:
@@ -251,7 +263,7 @@ def _media_type(request: Request) -> str:
         request.headers.get("content-type", "application/octet-stream").partition(";")[0].strip().lower()
     )
     if media_type not in MEDIA_TYPES:
-        raise UnsupportedMediaTypeError(WHAT_IS_READ)
+        raise UnsupportedMediaTypeError(what_to_send(media_type))
     return media_type
 
 

@@ -8,7 +8,7 @@ from ..wire.problems import RateLimitedError, UnauthorizedError, respond
 from .keys import Keys
 from .rate_limit import RateLimit
 
-OPEN = ("/livez", "/readyz", "/docs", "/openapi.json")
+OPEN = ("/", "/livez", "/readyz", "/docs", "/openapi.json")
 """Paths that need no key: probes, and what describes the API, in which nothing is secret."""
 UNLIMITED = ("/livez", "/readyz", "/metrics")
 

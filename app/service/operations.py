@@ -73,6 +73,11 @@ _FILES = {
 }
 _OPTIONS = {"kinds": ["cylinder", "cone"]}
 _SERVER_TIMING = {"Server-Timing": {"$ref": "#/components/headers/ServerTiming"}}
+_FILE_NAME = {
+    "description": "a name for the file, after that of the uploaded one",
+    "schema": {"type": "string"},
+    "example": 'attachment; filename="cylinder.zip"',
+}
 _ETAG = {
     "description": "equal requests have equal tags",
     "schema": {"type": "string"},
@@ -124,7 +129,7 @@ FIT_EXPORT: dict[str, Any] = {
     "responses": {
         **_REFUSALS,
         "200": {
-            "headers": {**_SERVER_TIMING},
+            "headers": {"Content-Disposition": _FILE_NAME, **_SERVER_TIMING},
             "content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}},
         },
         "422": refused("422"),

@@ -2,6 +2,7 @@
 
 import ipaddress
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -63,6 +64,13 @@ def _proxy(text: str) -> str:
     return text
 
 
+def _origin(text: str) -> str:
+    """As a browser sends it, so that the two can be compared."""
+    if text != "*" and not re.fullmatch(r"(?i)https?://[^\s/?#@]+", text):
+        raise ValueError("an origin such as https://viewer.example.com:8443, without a path, or * is needed")
+    return text.lower()
+
+
 class Settings(BaseSettings):
     """Where to listen, who may ask, how much, and what is told of it."""
 
@@ -120,6 +128,13 @@ class Settings(BaseSettings):
         default=(),
         description="addresses or networks of proxies whose `X-Forwarded-For` says who the client is; "
         "`*` trusts everybody",
+    )
+    cors_origins: Annotated[
+        tuple[Annotated[str, AfterValidator(_origin)], ...], NoDecode, BeforeValidator(_split)
+    ] = Field(
+        default=(),
+        description="origins of web pages whose scripts may ask, such as https://viewer.example.com; "
+        "`*` stands for all of them, and without any only pages of the service itself may",
     )
     log_format: Literal["text", "json"] = Field(
         default="text", description="one line an event, for people or for machines"

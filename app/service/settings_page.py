@@ -20,8 +20,9 @@ api_keys_file = "/etc/primfit.keys"
 ```
 
 Items of a list stand in an environment variable with commas between them; an empty variable counts as none.
-`primfit settings` checks what is set and prints what is in force, without the keys. A name in the file that
-is not below, and a value that is not allowed, are named, and nothing starts (exit status 2).
+`primfit settings` checks what is set and prints what is in force, as such a file, without the keys: `primfit
+settings > primfit.toml` keeps it. A name in the file that is not below, and a value that is not allowed, are
+named, and nothing starts (exit status 2).
 [operations.md](operations.md) says what the settings are for.
 
 | setting | environment | default | allowed | meaning |
@@ -30,9 +31,23 @@ is not below, and a value that is not allowed, are named, and nothing starts (ex
 
 
 def in_force(settings: Settings) -> str:
-    """A line a setting with its value, as JSON; secrets are masked."""
-    values = settings.model_dump(mode="json")
-    return "".join(f"{name} = {orjson.dumps(value).decode()}\n" for name, value in values.items())
+    """The settings as a TOML file that sets the same, but for the keys: these are left out.
+
+    What has no value stands in a comment.
+    """
+    return "".join(f"{_line(name, value)}\n" for name, value in settings.model_dump(mode="json").items())
+
+
+def _line(name: str, value: Any) -> str:
+    if value is None:
+        return f"# {name} is not set"
+    if name == "api_keys" and value:
+        return (
+            f"# {name}: {len(value)} in force, not shown; without them everybody may ask. "
+            "Keep them in api_keys_file"
+        )
+    # A string or a list in JSON is one in TOML, which wants this one character escaped, too.
+    return f"{name} = {orjson.dumps(value).decode()}".replace("\x7f", "\\u007f")
 
 
 def page() -> str:

@@ -14,12 +14,14 @@ from primfit.fitting.names import ANSWER_PARTS
 
 from ..engine.answer import answered, receipt, to_json, versions
 from ..engine.fit import fit, prepared
+from ..engine.names import base_name
 from ..exports import Fitted, bundle, check_parts, check_unit
 from ..readers import Cloud, Limits, Pick, UnreadableFileError, read, read_json, read_unpacked, unpack
 from ..readers.columns import as_columns
 from ..wire.artifacts import NAMES, split_query
+from ..wire.disposition import attachment
 from ..wire.etag import etag, names
-from ..wire.multipart import split_parts
+from ..wire.multipart import find_parts, split_parts
 from ..wire.options import check_options, parse_options
 from ..wire.problems import MEDIA_TYPE, AlreadyAnsweredError, problem
 from . import logs
@@ -121,7 +123,8 @@ def _fit(job: FitJob) -> Reply:
     seconds = {"read": read_at - started, "fit": facts["fit_seconds"]}
     if wanted is not None:
         archive = bundle(to_json(content), Fitted(recognition, cloud, options), wanted)
-        return Reply(200, archive, ZIP, seconds=seconds, facts=facts)
+        named = {"Content-Disposition": attachment(_archive_name(body, job))}
+        return Reply(200, archive, ZIP, named, seconds, facts)
     headers = {"ETag": etag(content["receipt"], cloud)}
     return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
 
@@ -158,3 +161,14 @@ def _read(file: memoryview, job: FitJob, pick: Pick) -> Cloud:
     if job.media_type == "application/json":
         return read_json(file, job.limits, pick)
     return (read_unpacked if job.coding else read)(file, job.limits, pick)
+
+
+def _archive_name(body: bytes | memoryview, job: FitJob) -> str:
+    """`scan.zip` for an upload of `scan.csv.gz`, `primfit.zip` where no name came with the cloud."""
+    if job.media_type != "multipart/form-data":
+        return "primfit.zip"
+    files = (part.filename for part in find_parts(body, job.content_type) if part.name == "file")
+    name = base_name(next(files, None)) or "primfit"
+    if name.lower().endswith((".gz", ".zst")):
+        name = name.rpartition(".")[0]
+    return f"{name.rpartition('.')[0] or name}.zip"

@@ -1,10 +1,13 @@
 """`primfit` on the command line. What a command needs is imported when it runs: `primfit --help` is quick."""
 
 import os
-from typing import Annotated
+import sys
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
+from ..ending import ended_plainly
 from .batch import batch
 from .fit import fit
 from .parts import bench, synth
@@ -14,10 +17,26 @@ from .service import openapi, serve, settings
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_threads, "1")
 
+
+class Commands(TyperGroup):
+    """All of them end alike."""
+
+    def make_context(self, *args: Any, **kwargs: Any) -> Any:
+        with ended_plainly():
+            return super().make_context(*args, **kwargs)
+
+    def invoke(self, ctx: Any) -> Any:
+        with ended_plainly(ctx):
+            return super().invoke(ctx)
+
+
 app = typer.Typer(
+    cls=Commands,
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
+    # Frames and colors are for terminals: in a pipe they are blanks at the end of each line.
+    rich_markup_mode="rich" if sys.stdout is not None and sys.stdout.isatty() else None,
     help="Which geometric primitive is this 3D point cloud, and with which parameters?",
 )
 
@@ -47,8 +66,8 @@ app.command(
 
 
 def main() -> None:
-    """Entry point of the `primfit` command."""
-    app()
+    """Entry point of the `primfit` command, which has this name as `python -m primfit`, too."""
+    app(prog_name="primfit")
 
 
 if __name__ == "__main__":

@@ -42,15 +42,14 @@ def batch(
     missing: of.Missing = None,
     unit: of.Unit = None,
 ) -> None:
-    """Recognise and fit many clouds; the answer of each goes into a file of its own.
+    """Fit many clouds; each answer goes into a file of its own.
 
-    With --labels that of each segment goes into NAME/LABEL.json.
+    With --labels the answer for each segment goes into NAME/LABEL.json.
 
-    Exit status: 0 when every input has its answer (whatever its status), 2 when one has not, 130 when
-    interrupted.
+    Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
     """
     from ...engine.team import LostWorkerError
-    from ..batch import SUFFIXES, CollisionError, plan, run
+    from ..batch import SUFFIXES, CollisionError, InterruptedRunError, plan, run
 
     options = of.checked(
         kind,
@@ -85,8 +84,8 @@ def batch(
     except LostWorkerError as error:
         complain("batch", f"{error}; answers up to then are in {out}")
         raise typer.Exit(INTERNAL_ERROR) from None
-    except KeyboardInterrupt:
-        complain("batch", f"interrupted; answers up to then are in {out}")
+    except InterruptedRunError as error:
+        complain("batch", f"{error}; answers are in {out}")
         raise typer.Exit(INTERRUPTED) from None
     for problem in summary.problems:
         complain(problem.name, problem.message)

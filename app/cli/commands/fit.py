@@ -15,19 +15,26 @@ from ..status import EXIT, complain, worst
 if TYPE_CHECKING:
     from ..artifacts import Artifacts
 
-ExportFile = Annotated[Path | None, typer.Option(help="Write the trimmed primitive to it.", dir_okay=False)]
-ResidualFile = Annotated[
-    Path | None, typer.Option(help="Write the signed residuals of all points to it.", dir_okay=False)
-]
+UNWRAPPED = 10_000
+"""Columns that the longest line fits into."""
+TO_WRITE = "Files to write (of one FILE)"
+
+
+def _file(contents: str) -> Any:
+    """The option of a file that is written beside the answer; `contents` says what goes into it."""
+    return typer.Option(help=f"Write {contents}.", dir_okay=False, rich_help_panel=TO_WRITE)
 
 
 def fit(
     files: Annotated[
         list[str],
-        typer.Argument(metavar="FILE...", help="Clouds of any format, also packed; '-' is standard input."),
+        typer.Argument(
+            metavar="FILE...",
+            help="Clouds of any format, also packed, or requests in JSON; '-' is standard input.",
+        ),
     ],
     as_json: Annotated[
-        bool, typer.Option("--json", help="One JSON object a line a file: the answer of POST /fit.")
+        bool, typer.Option("--json", help="Print JSON, a line for each answer: that of POST /fit.")
     ] = False,
     labels: of.Labels = None,
     kind: of.Kinds = None,
@@ -44,42 +51,40 @@ def fit(
     columns: of.Columns = None,
     missing: of.Missing = None,
     unit: of.Unit = None,
-    step: ExportFile = None,
-    glb: ExportFile = None,
-    obj: ExportFile = None,
-    stl: ExportFile = None,
-    ply_mesh: ExportFile = None,
-    csv_row: Annotated[
-        Path | None, typer.Option(help="Write kind, parameters and errors to it, as one row.", dir_okay=False)
-    ] = None,
-    shrec22: Annotated[
-        Path | None, typer.Option(help="Write the prediction of the SHREC 2022 track to it.", dir_okay=False)
-    ] = None,
-    residuals_npy: ResidualFile = None,
-    residuals_csv: ResidualFile = None,
-    residuals_ply: ResidualFile = None,
-    residuals_las: ResidualFile = None,
-    form: Annotated[
-        Path | None, typer.Option(help="Write form errors and percentiles to it, as JSON.", dir_okay=False)
-    ] = None,
-    report: Annotated[
-        Path | None, typer.Option(help="Write a report with pictures to it, one HTML file.", dir_okay=False)
-    ] = None,
+    step: Annotated[Path | None, _file("the trimmed primitive as a surface for CAD (STEP)")] = None,
+    glb: Annotated[Path | None, _file("a mesh of the primitive for viewers (binary glTF)")] = None,
+    obj: Annotated[Path | None, _file("a mesh of the primitive as text (Wavefront OBJ)")] = None,
+    stl: Annotated[Path | None, _file("a mesh of the primitive for printing (binary STL)")] = None,
+    ply_mesh: Annotated[Path | None, _file("a mesh of the primitive as binary PLY")] = None,
+    csv_row: Annotated[Path | None, _file("kind, parameters and errors as one row of CSV")] = None,
+    shrec22: Annotated[Path | None, _file("the prediction in the format of the SHREC 2022 track")] = None,
+    residuals_npy: Annotated[Path | None, _file("the signed residuals as an array for NumPy")] = None,
+    residuals_csv: Annotated[Path | None, _file("x, y, z, residual and inlier of each point as CSV")] = None,
+    residuals_ply: Annotated[Path | None, _file("the points with their residuals as PLY, in colors")] = None,
+    residuals_las: Annotated[Path | None, _file("the points with their residuals as LAS")] = None,
+    form: Annotated[Path | None, _file("form errors and percentiles of the residuals as JSON")] = None,
+    report: Annotated[Path | None, _file("a report with pictures, one HTML file")] = None,
     chord_error: Annotated[
-        float, typer.Option(help="Largest distance of meshes from the surface, as a share of its size.")
+        float,
+        typer.Option(
+            help="Largest distance of meshes from the surface, as a share of its size.",
+            rich_help_panel=TO_WRITE,
+        ),
     ] = 1e-3,
     export_kind: Annotated[
         names.KindName | None,
-        typer.Option(help="Which kind of an ambiguous answer is written; by default the first."),
+        typer.Option(
+            help="Which kind of an ambiguous answer is written; by default the first.",
+            rich_help_panel=TO_WRITE,
+        ),
     ] = None,
 ) -> None:
-    """Recognise and fit the cloud in each FILE.
+    """Fit the cloud in each FILE and print the answer.
 
-    JSON is that of POST /fit, with its options if it holds any. With --labels each line of --json is that of
-    POST /fit/batch.
+    Folders, and many files, are for 'primfit batch'. With --labels each segment has an answer of its own.
 
-    Exit status, the worst of the files: 0 fitted, 3 ambiguous, 4 no_fit, 2 bad input.
-    After a bad file the others are still done. Exports are written of one FILE.
+    Exit status, the worst of the files: 0 fitted, 3 ambiguous, 4 no_fit, 2 bad input. After a bad file the
+    others are still done.
     """
     from ..artifacts import Artifacts
 
@@ -142,13 +147,27 @@ def _statuses(
 
 
 def _show() -> Callable[[str, dict[str, Any]], None]:
-    """Prints an answer for people."""
+    """Prints an answer for people.
+
+    Where it goes into a file or a pipe, no line is wrapped and none ends in blanks.
+    """
     from rich.console import Console
 
     from ..render import render
 
     console = Console(highlight=False)
-    return lambda name, answer: console.print(render(name, answer))
+    if console.is_terminal:
+        return lambda name, answer: console.print(render(name, answer))
+    console.width = UNWRAPPED
+
+    def show(name: str, answer: dict[str, Any]) -> None:
+        with console.capture() as text:
+            console.print(render(name, answer))
+        for line in text.get().splitlines():
+            print(line.rstrip())
+        sys.stdout.flush()
+
+    return show
 
 
 def _answers(
@@ -158,7 +177,8 @@ def _answers(
     from ...engine.items import Item
     from ...engine.names import Ids, base_name
     from ...engine.team import Team
-    from ..files import STDIN, Problem, answer_segments, fit_file
+    from ..files import Problem, answer_segments, fit_file
+    from ..identity import STDIN
 
     if not labels:
         for name in files:

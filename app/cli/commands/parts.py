@@ -19,9 +19,9 @@ def synth(
     seed: Annotated[int, typer.Option(min=0, help="Another seed gives other clouds.")] = 0,
     picture: Annotated[bool, typer.Option(help="Draw the first thirty clouds as sample.png.")] = True,
 ) -> None:
-    """Write labelled synthetic clouds, in the layout of the SHREC 2022 track.
+    """Write labeled synthetic clouds.
 
-    Cloud i depends on RECIPE, the seed and i only.
+    Their layout is that of the SHREC 2022 track. Cloud i depends on RECIPE, the seed and i only.
     """
     try:
         print(_installed("synth")(recipe, out, n, seed, picture))
@@ -31,7 +31,7 @@ def synth(
 
 
 def bench(context: typer.Context) -> None:
-    """Measure primfit and what others make on the same clouds, and write the report."""
+    """Measure primfit and other libraries on the same clouds."""
     try:
         command = _installed("bench")
     except ImportError as error:

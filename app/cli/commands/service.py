@@ -19,7 +19,10 @@ def serve(
     ] = None,
     demo: Annotated[bool, typer.Option("--demo", help="Post an example cloud and print its answer.")] = False,
 ) -> None:
-    """Serve the REST API; what is not given here comes from the environment or a file: `primfit settings`."""
+    """Serve the REST API.
+
+    What is not given here comes from the environment or a file, see 'primfit settings'.
+    """
     from ...engine.team import process_context
     from ...workers import PRELOAD
 
@@ -44,9 +47,10 @@ def settings(
         bool, typer.Option("--markdown", help="Print what there is to set, as in docs/settings.md.")
     ] = False,
 ) -> None:
-    """Check the settings of the service, and print those in force; keys are not shown.
+    """Check the settings of the service and print those in force.
 
     They come from PRIMFIT_<NAME> in the environment, else from the TOML file that PRIMFIT_CONFIG names.
+    What is printed may be kept as such a file; API keys are left out.
     """
     from ...service.settings import SettingsError, load
     from ...service.settings_page import in_force, page
@@ -63,7 +67,10 @@ def settings(
 
 
 def openapi() -> None:
-    """Print the OpenAPI document of the service, from which clients are generated."""
+    """Print the OpenAPI document of the service.
+
+    Clients are generated from it.
+    """
     from ...service.api import create_app
     from ...service.openapi import as_text
 

@@ -188,13 +188,14 @@ def test_a_process_that_is_killed_ends_the_run_with_a_sentence(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_an_interrupted_run_says_where_its_answers_are(tmp_path: Path, workers: int) -> None:
+def test_an_interrupted_run_says_how_many_are_done_and_where(tmp_path: Path, workers: int) -> None:
     process = _under_way(tmp_path, workers)
     process.send_signal(signal.SIGINT)
     said = process.communicate(timeout=60)[1]
-    assert said == f"primfit: batch: interrupted; answers up to then are in {tmp_path / 'out'}\n"
+    written = list((tmp_path / "out").iterdir())
+    assert said == f"primfit: batch: {len(written)} of 3000 done; answers are in {tmp_path / 'out'}\n"
     assert process.returncode == 130
-    assert {file.suffix for file in (tmp_path / "out").iterdir()} == {".json"}
+    assert {file.suffix for file in written} == {".json"}
 
 
 def _under_way(folder: Path, workers: int) -> "subprocess.Popen[str]":

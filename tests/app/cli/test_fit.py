@@ -138,6 +138,40 @@ def test_standard_input(clouds: Path) -> None:
     assert run("fit", "-", stdin=b"").stderr.startswith("primfit: -: ")
 
 
+def test_a_folder_is_for_batch(clouds: Path) -> None:
+    result = run("fit", "--json", clouds, clouds / "cylinder.csv")
+    assert (
+        result.stderr
+        == f"primfit: {clouds}: a folder; to fit the clouds in it: primfit batch FOLDER --out ANSWERS\n"
+    )
+    assert (result.exit_code, len(result.stdout.splitlines())) == (2, 1)
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_standard_input_is_not_overwritten(clouds: Path, tmp_path: Path, linked: bool) -> None:
+    read = tmp_path / "cloud.csv"
+    read.write_bytes((clouds / "cylinder.csv").read_bytes())
+    written = tmp_path / "link.csv" if linked else read
+    if linked:
+        written.symlink_to(read)
+    with read.open("rb") as stdin:
+        done = subprocess.run(
+            [sys.executable, "-m", "primfit", "fit", "-", "--csv-row", written],
+            stdin=stdin,
+            capture_output=True,
+        )
+    assert done.returncode == 2
+    assert done.stderr.decode() == f"primfit: {written}: the export csv would overwrite the input\n"
+    assert read.read_bytes() == (clouds / "cylinder.csv").read_bytes()
+
+
+def test_names_from_a_file_do_not_move_the_cursor(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("x,y,z,\x1b[2Jw\n" + "1,2,3,4\n" * 5)
+    result = run("fit", "--labels", "nosuch", tmp_path / "a.csv", tmp_path / "b\x1b[2J.csv")
+    assert result.exit_code == 2 and len(result.stderr.splitlines()) == 2
+    assert "\x1b" not in result.stderr
+
+
 @pytest.mark.parametrize(
     ("option", "value", "said"),
     [

@@ -262,7 +262,7 @@ def test_the_name_of_an_upload_does_not_matter(service: Any, name: str) -> None:
     assert response.json()["primitive"]["kind"] == "cylinder"
 
 
-@pytest.mark.parametrize("media_type", ["application/x-www-form-urlencoded", "image/png", "nonsense"])
+@pytest.mark.parametrize("media_type", ["image/png", "nonsense"])
 def test_other_media_types_are_refused(service: Any, media_type: str) -> None:
     problem = _problem(service.post(CSV, media_type), 415, "unsupported-media-type")
     assert problem["detail"].endswith(MEDIA_TYPES[-1])
@@ -331,7 +331,8 @@ def test_times_and_ids_travel_in_headers_only(service: Any) -> None:
 def test_the_docs_page_needs_nothing_from_elsewhere(service: Any) -> None:
     page = service.client.get("/docs")
     assert page.headers["content-type"].startswith("text/html")
-    assert "http" not in page.text.replace("http-equiv", "")
+    # The name of SVG looks like an address.
+    assert "http" not in page.text.replace("http://www.w3.org/2000/svg", "")
     assert "openapi.json" in page.text
 
 

@@ -73,6 +73,12 @@ class Browser:
     def type(self, selector: str, text: str) -> None:
         self._call(f"{self.element(selector)}/value", {"text": text})
 
+    def resize(self, width: int) -> None:
+        """Show the page on a screen of this width."""
+        metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+        command = {"cmd": "Emulation.setDeviceMetricsOverride", "params": metrics}
+        self._call(f"{self._session}/goog/cdp/execute", command)
+
     def hosts(self) -> set[str]:
         """Every host that something was asked of; the browser's own pages have none."""
         events = self._call(f"{self._session}/se/log", {"type": "performance"})
@@ -137,6 +143,10 @@ def _found(page: Browser) -> str:
     return str(page.run(answers)[0])
 
 
+def _clear(page: Browser) -> None:
+    page.run("document.querySelectorAll('.found').forEach(found => found.remove())")
+
+
 def test_it_fits_the_example(page: Browser) -> None:
     page.click("#fit + p + .trial .send")
     assert re.search(r"cylinder, fitted.*radius.*12\.(49|50)", _found(page))
@@ -145,9 +155,65 @@ def test_it_fits_the_example(page: Browser) -> None:
 def test_it_fits_a_file_with_options(page: Browser) -> None:
     page.type("#fit + p + .trial input[type=file]", str(EXAMPLES / "cylinder.csv"))
     page.type("#fit + p + .trial input[type=text]", '{"kinds": ["sphere"]}')
-    page.run("document.querySelectorAll('.found').forEach(found => found.remove())")
+    _clear(page)
     page.click("#fit + p + .trial .send")
     assert "sphere, no_fit" in _found(page)
+
+
+def test_it_draws_the_points_that_were_sent(page: Browser) -> None:
+    _clear(page)
+    page.run("document.querySelector('#fit + p + .trial input[type=file]').value = ''")
+    page.click("#fit + p + .trial .send")
+    _found(page)
+    sides = page.run(
+        "return [...document.querySelectorAll('#fit + p + .trial circle')].map(c => c.className.baseVal)"
+    )
+    assert len(sides) == 40 and set(sides) == {"inside", "outside"}
+    assert page.run("return document.querySelectorAll('#fit + p + .trial polyline').length") == 15
+
+
+def test_it_exports_and_hands_out_the_files(page: Browser) -> None:
+    _clear(page)
+    page.click("#fit_export + p + .trial .send")
+    _found(page)
+    _wait_for(lambda: page.run("return document.querySelector('iframe') !== null"))
+    links = page.run("return [...document.querySelectorAll('.files a')].map(a => a.download)")
+    assert links == ["primfit.zip", "answer.json", "primitive.step", "primitive.glb", "report.html"]
+    assert page.run("return document.querySelector('iframe').srcdoc").startswith("<!doctype html>")
+
+
+def test_options_have_fields(page: Browser, service: Any) -> None:
+    """Those of the query and the headers; an option that is chosen arrives."""
+    document = service.client.get("/openapi.json").json()
+    for path in ("/fit", "/fit/export", "/fit/batch"):
+        operation = document["paths"][path]["post"]
+        names = [parameter.get("name", "X-Request-Id") for parameter in operation["parameters"]]
+        script = f"return document.querySelector('#{operation['operationId']} + p + .trial').textContent"
+        assert all(name in page.run(script) for name in names)
+    _clear(page)
+    chosen = "#fit + p + .trial input[value=sphere]"
+    page.run(f"document.querySelector('{chosen}').closest('details').open = true")
+    page.click(chosen)
+    page.click("#fit + p + .trial .send")
+    assert "sphere, no_fit" in _found(page)
+    page.click(chosen)
+
+
+def test_it_fits_on_a_phone(page: Browser) -> None:
+    page.resize(360)
+    page.run("document.querySelectorAll('details').forEach(details => { details.open = true; })")
+    assert page.run("return document.documentElement.scrollWidth") == 360
+    page.resize(1100)
+
+
+def test_it_runs_no_script_but_its_own(page: Browser, service: Any) -> None:
+    policy = service.client.get("/docs").headers["content-security-policy"]
+    assert "default-src 'none'" in policy and "unsafe-eval" not in policy
+    page.run(
+        "const script = document.createElement('script'); script.textContent = 'window.foreign = true';"
+        "document.body.append(script)"
+    )
+    assert page.run("return window.foreign === undefined")
 
 
 def test_it_asks_nobody_but_the_service(page: Browser) -> None:

@@ -12,7 +12,7 @@ from primfit.app.exports import NothingToExportError
 from primfit.app.readers import CODINGS, read_file
 from primfit.app.readers.errors import FieldError, InvalidPointsError, TooLargeError, UnreadableFileError
 from primfit.app.service.api import create_app
-from primfit.app.service.media_types import WHAT_IS_READ
+from primfit.app.service.media_types import what_to_send
 from primfit.app.service.openapi import as_text
 from primfit.app.service.settings import Settings
 from primfit.app.wire import problems
@@ -41,7 +41,7 @@ PROBLEMS: dict[str, dict[str, Exception]] = {
     "412": {"example": problems.AlreadyAnsweredError("the answer would be the one that you named", {})},
     "413": {"example": TooLargeError("body", "the body is over 67108864 bytes, the limit of this service")},
     "415": {
-        "media_type": problems.UnsupportedMediaTypeError(WHAT_IS_READ),
+        "media_type": problems.UnsupportedMediaTypeError(what_to_send("text/html")),
         "content_encoding": problems.UnsupportedCodingError(
             f"send the body as it is, or in one of {', '.join(CODINGS)}, once"
         ),

@@ -1,5 +1,6 @@
 """Settings: which place wins, what is said about a bad one, and the page that lists them."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -94,6 +95,46 @@ def test_keys_are_never_shown(file: Path) -> None:
     assert settings.keys().owner(KEY) == "alice"
     shown = (repr(settings), str(settings), in_force(settings), repr(settings.keys()))
     assert not any("s3cret" in text for text in shown)
+
+
+FULL = """\
+host = "0.0.0.0"
+port = 1001
+workers = 3
+fit_time_limit = 2.5
+temporary_directory = "{folder}"
+api_keys_file = "{folder}/keys"
+rate_limit = "120/minute"
+trusted_proxies = ["10.0.0.0/8", "*"]
+cors_origins = ["https://viewer.example.com"]
+log_format = "json"
+stop_delay = 1.5
+"""
+
+
+@pytest.mark.parametrize("text", ["", FULL])
+def test_what_is_printed_sets_the_same(file: Path, tmp_path: Path, text: str) -> None:
+    (tmp_path / "keys").write_text(f"alice:{KEY}\n")
+    file.write_text(text.format(folder=tmp_path))
+    settings = load()
+    file.write_text(CliRunner().invoke(app, ["settings"]).stdout)
+    assert load() == settings
+    assert set(Settings.model_fields) == set(re.findall(r"^(?:# )?(\w+) ", file.read_text(), re.MULTILINE))
+
+
+def test_keys_are_left_out_of_what_is_printed(file: Path) -> None:
+    file.write_text(f'port = 1001\napi_keys = ["alice:{KEY}"]')
+    shown = in_force(load())
+    assert "# api_keys: 1 in force, not shown" in shown
+    file.write_text(shown)
+    assert (load().port, load().api_keys) == (1001, ())
+
+
+@pytest.mark.parametrize("origin", ["a.example", "https://a.example/", "ftp://a.example", "https://", "null"])
+def test_an_origin_is_what_browsers_send(file: Path, origin: str) -> None:
+    file.write_text(f'cors_origins = ["{origin}"]')
+    with pytest.raises(SettingsError, match=r"cors_origins: an origin such as"):
+        load()
 
 
 BAD_KEYS = {

@@ -1,0 +1,81 @@
+"""How commands end that are cut short: a reader that leaves, and Ctrl-C."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.paths import EXAMPLES
+
+PATIENCE = 60.0
+CLOUD = str(EXAMPLES / "cylinder.csv")
+# It listens to an interrupt also where a shell has its background jobs ignore it.
+COMMAND = [
+    sys.executable,
+    "-c",
+    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    "from primfit.app.cli.commands import main; main()",
+]
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes and signals are those of POSIX")
+
+
+def _without_reader(*words: str) -> subprocess.CompletedProcess[str]:
+    """A command whose standard output nobody reads any more."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        return subprocess.run(
+            [*COMMAND, *words], stdout=writing, stderr=subprocess.PIPE, text=True, timeout=PATIENCE
+        )
+    finally:
+        os.close(writing)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["fit", "--json", CLOUD, CLOUD],
+        ["fit", CLOUD, CLOUD],
+        ["openapi"],
+        ["settings"],
+        ["settings", "--markdown"],
+        ["fit", "--help"],
+        ["bench", "--help"],
+        ["--help"],
+    ],
+    ids=" ".join,
+)
+def test_a_reader_that_leaves_is_no_fault(words: list[str]) -> None:
+    done = _without_reader(*words)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_the_lines_up_to_then_are_whole() -> None:
+    process = subprocess.Popen(
+        [*COMMAND, "fit", "--json", *[CLOUD] * 40], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None and process.stderr is not None
+    line = process.stdout.readline()
+    process.stdout.close()
+    assert line.startswith(b'{"status":"fitted"') and line.endswith(b"}\n")
+    assert process.stderr.read() == b""
+    assert process.wait(PATIENCE) == 0
+    process.stderr.close()
+
+
+def test_an_interrupted_fit_ends_with_one_line(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [*COMMAND, "fit", "--json", *[CLOUD] * 5000],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=tmp_path,
+    )
+    assert process.stdout is not None
+    process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, said) == (130, b"primfit: fit: interrupted\n")

@@ -1,0 +1,135 @@
+"""What people and browsers do first: `/`, HEAD, curl's own media type, names of downloads, other origins."""
+
+import asyncio
+from collections.abc import Iterator
+
+import httpx
+import pytest
+
+from primfit.app.service.api import create_app
+from primfit.app.service.settings import Settings
+from primfit.app.wire.disposition import attachment
+from tests.app.service.asking import is_problem
+from tests.app.serving import ALICE, Service, running
+from tests.paths import EXAMPLES
+
+CSV = (EXAMPLES / "few.csv").read_bytes()
+ORIGIN = "https://viewer.example.com"
+
+
+@pytest.fixture(scope="module")
+def shared_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """A service with a key, which a page of another origin may ask."""
+    folder = tmp_path_factory.mktemp("bodies")
+    with running(folder, workers=1, api_keys=f"alice:{ALICE}", cors_origins=ORIGIN.upper()) as started:
+        yield started
+
+
+def _preflight(service: Service, origin: str) -> httpx.Response:
+    asked = {"Origin": origin, "Access-Control-Request-Method": "POST"}
+    asked["Access-Control-Request-Headers"] = "authorization,content-type,if-none-match,x-request-id"
+    return service.client.options("/fit", headers=asked)
+
+
+@pytest.mark.parametrize("name", ["service", "guarded_service"])
+def test_the_root_leads_to_the_documentation(request: pytest.FixtureRequest, name: str) -> None:
+    client = request.getfixturevalue(name).client
+    answer = client.get("/")
+    assert answer.status_code == 307
+    # Beside where it was asked for: a proxy may have taken a prefix away.
+    assert answer.headers["location"] == "docs"
+    assert "primfit API" in client.get("/", follow_redirects=True).text
+
+
+def test_a_service_that_knows_its_prefix_leads_there_in_full() -> None:
+    async def asked() -> httpx.Response:
+        transport = httpx.ASGITransport(create_app(Settings()), root_path="/primfit")
+        async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
+            return await client.get("/primfit/")
+
+    answer = asyncio.run(asked())
+    assert (answer.status_code, answer.headers["location"]) == (307, "/primfit/docs")
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/docs", "/openapi.json", "/livez", "/readyz", "/version", "/capabilities", "/metrics"]
+)
+def test_head_is_get_without_a_body(service: Service, path: str) -> None:
+    got, head = service.client.get(path), service.client.head(path)
+    assert (head.status_code, head.content) == (got.status_code, b"")
+    assert head.headers["x-request-id"]
+    assert head.headers.get("content-type") == got.headers.get("content-type")
+
+
+def test_head_is_for_what_can_be_got(service: Service) -> None:
+    assert service.client.head("/fit").status_code == 405
+    assert service.client.head("/nothing").status_code == 404
+    paths = service.client.get("/openapi.json").json()["paths"]
+    assert "/" not in paths and not any("head" in operations for operations in paths.values())
+
+
+def test_what_curl_sends_by_itself_is_told_what_to_send(service: Service) -> None:
+    answer = service.post(CSV, "application/x-www-form-urlencoded")
+    is_problem(answer, 415, "unsupported-media-type")
+    detail = answer.json()["detail"]
+    assert "curl --data-binary @FILE -H 'Content-Type: application/octet-stream'" in detail
+    assert "curl -F file=@FILE" in detail and "curl -d" in detail
+
+
+@pytest.mark.parametrize("copies", [1, 200])
+def test_a_cloud_without_line_ends_is_told_so(service: Service, copies: int) -> None:
+    answer = service.post(CSV.replace(b"\n", b"") * copies, "text/csv")
+    is_problem(answer, 422, "unreadable-input")
+    assert answer.json()["detail"].endswith("curl -d takes the line ends out of a file: use --data-binary")
+
+
+@pytest.mark.parametrize(
+    ("uploaded", "header"),
+    [
+        ("scan.csv", 'filename="scan.zip"'),
+        ("C:\\clouds\\part 7.xyz.gz", 'filename="part 7.zip"'),
+        ("../../etc/passwd", 'filename="passwd.zip"'),
+        (".csv", 'filename="csv.zip"'),
+        ("größe 5%.ply", "filename=\"gr__e 5_.zip\"; filename*=UTF-8''gr%C3%B6%C3%9Fe%205%25.zip"),
+        ("a\r\nSet-Cookie: b.csv", "filename=\"a_0D_0ASet-Cookie_ b.zip\"; filename*=UTF-8''"),
+    ],
+)
+def test_an_export_is_named_after_the_upload(service: Service, uploaded: str, header: str) -> None:
+    files = {"file": (uploaded, CSV)}
+    answer = service.client.post("/fit/export", files=files, params={"artifacts": "csv"})
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-disposition"].startswith(f"attachment; {header}")
+
+
+def test_a_name_cannot_end_its_quotes() -> None:
+    assert attachment('a"; b\\c.zip').startswith('attachment; filename="a_; b_c.zip"; filename*=')
+
+
+def test_an_export_of_a_nameless_cloud_has_a_name(service: Service) -> None:
+    headers = {"Content-Type": "text/csv"}
+    answer = service.client.post("/fit/export?artifacts=csv", content=CSV, headers=headers)
+    assert answer.headers["content-disposition"] == 'attachment; filename="primfit.zip"'
+
+
+def test_a_page_of_another_origin_may_ask_where_it_is_allowed(shared_service: Service) -> None:
+    allowed = _preflight(shared_service, ORIGIN)
+    assert (allowed.status_code, allowed.headers["access-control-allow-origin"]) == (200, ORIGIN)
+    headers = {"Origin": ORIGIN, "Authorization": f"Bearer {ALICE}", "Content-Type": "text/csv"}
+    answer = shared_service.client.post("/fit", content=CSV, headers=headers)
+    assert (answer.status_code, answer.headers["access-control-allow-origin"]) == (200, ORIGIN)
+    seen = answer.headers["access-control-expose-headers"].lower().split(", ")
+    assert {"etag", "server-timing", "x-request-id", "retry-after", "content-disposition"} <= set(seen)
+
+
+def test_a_page_of_an_allowed_origin_sees_why_it_is_refused(shared_service: Service) -> None:
+    answer = shared_service.client.post("/fit", content=CSV, headers={"Origin": ORIGIN})
+    is_problem(answer, 401, "unauthorized")
+    assert answer.headers["access-control-allow-origin"] == ORIGIN
+
+
+def test_other_pages_may_not_ask(shared_service: Service, service: Service) -> None:
+    for asked, origin in ((shared_service, "https://other.example.com"), (service, ORIGIN)):
+        assert _preflight(asked, origin).status_code in (400, 405)
+        assert "access-control-allow-origin" not in _preflight(asked, origin).headers
+        answer = asked.client.get("/livez", headers={"Origin": origin})
+        assert (answer.status_code, "access-control-allow-origin" in answer.headers) == (200, False)
