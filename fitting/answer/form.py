@@ -125,4 +125,4 @@ def _minimum_zone(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
             return found
         outermost = beyond[np.argsort(absolute[beyond], kind="stable")[-OUTERMOST:]]
         few, start = np.union1d(few, outermost), found
-    return FailedFit(f"the minimum zone of {len(cloud.points)} points did not settle in {ROUNDS} rounds")
+    return FailedFit(f"the minimum zone of {len(cloud.points)} points did not converge in {ROUNDS} rounds")

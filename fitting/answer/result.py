@@ -105,6 +105,7 @@ class Recognition:
         `minimum_circumscribed` and `maximum_inscribed`, or where it was not asked for (`include`)
     inliers : which points belong to `primitive`; None without one
     include : which of the parts `extents` and `uncertainty` were asked for
+    unit : name of the unit of length in the words, None where none was given
     """
 
     status: Status
@@ -120,6 +121,7 @@ class Recognition:
     uncertainty: Uncertainty | None = None
     inliers: Inliers | None = None
     include: tuple[str, ...] = ANSWER_PARTS
+    unit: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values: the body of `POST /fit` without its receipt."""

@@ -9,6 +9,7 @@ from ..errors import InvalidOptionError
 from ..names import ANSWER_PARTS, CRITERIA, CRITERION, KINDS, SEED, Criterion
 from ..primitives import PRIMITIVES, parameters, parameters_of
 from ..primitives.primitive import Primitive
+from ..words import as_given
 from .constraints import UNCONSTRAINED, Constraints
 from .guess import guess_of
 from .values import number, positive
@@ -18,6 +19,9 @@ EXTREME = ("minimum_zone", "minimum_circumscribed", "maximum_inscribed")
 
 COUNTING_ALL = ("least_squares", *EXTREME)
 """Criteria by which every point counts, whatever its distance."""
+
+LONGEST_UNIT = 12
+"""Characters of the name of a unit."""
 
 WITH_A_RADIUS = tuple(kind for kind in KINDS if "radius" in parameters_of(kind))
 _ONE = {"kinds": "kind", "include": "part"}
@@ -53,6 +57,8 @@ class Config:
     constraints : parameters that are fixed or bounded
     initial_guess : a primitive in input units that joins the starts of its kind
     include : which of the parts `extents` and `uncertainty` are computed and answered; the others are None
+    unit : name of the unit of length, which stands beside lengths in words and changes nothing else; None
+        where it is not known
     """
 
     kinds: tuple[str, ...] = KINDS
@@ -63,6 +69,7 @@ class Config:
     constraints: Constraints = UNCONSTRAINED
     initial_guess: Primitive | None = None
     include: tuple[str, ...] = ANSWER_PARTS
+    unit: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "kinds", _names("kinds", self.kinds, KINDS))
@@ -73,7 +80,8 @@ class Config:
         _check_criterion(self.criterion, self.kinds)
         if self.max_error is not None and not 0.0 < number("max_error", self.max_error) <= 1.0:
             raise InvalidOptionError(
-                f"max_error is {self.max_error:g}; it is a share of the bounding-box diagonal in (0, 1]",
+                f"max_error is {as_given(self.max_error)}; "
+                "it is a share of the bounding-box diagonal in (0, 1]",
                 "max_error",
             )
         if self.tolerance is not None:
@@ -82,6 +90,7 @@ class Config:
         _check_constraints(self.constraints, self.kinds, self.criterion)
         if self.initial_guess is not None:
             _check_guess(self.initial_guess, self.kinds)
+        _check_unit(self.unit)
 
 
 def _names(field: str, given: object, allowed: tuple[str, ...]) -> tuple[str, ...]:
@@ -108,6 +117,12 @@ def _check_criterion(criterion: str, kinds: tuple[str, ...]) -> None:
             f"kinds allows only {', '.join(kinds)}",
             "kinds",
         )
+
+
+def _check_unit(unit: object) -> None:
+    if unit is not None and not (isinstance(unit, str) and 0 < len(unit) <= LONGEST_UNIT):
+        limit = f"the name of a unit has 1 to {LONGEST_UNIT} characters"
+        raise InvalidOptionError(f"unit is {unit!r:.40}; {limit}", "unit")
 
 
 def _check_seed(seed: object) -> None:
