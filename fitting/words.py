@@ -16,7 +16,9 @@ _MOST_DIGITS = 17
 
 def digits(value: float, n_digits: int = DIGITS) -> str:
     """A number in so many significant digits: `0.0200`, `123000`, `3.88e-09`."""
-    if not value or not math.isfinite(value):
+    if not value:
+        return "0"
+    if not math.isfinite(value):
         return f"{value:g}"
     text = f"{value:.{n_digits - 1}e}"
     return format(Decimal(text), "f") if _PLAIN_FROM <= abs(value) < _PLAIN_TO else text

@@ -188,7 +188,7 @@ def _told(tried: Tried, decision: Decision, why: list[str], config: Config) -> T
     if claim is best and not accepted:
         clauses = why if decision.about is best else [*clauses, *why]
     elif not (chosen or claim.refusal):
-        clauses.append(_lost(best, evidence))
+        clauses.append(_lost(decision, evidence))
     outcome: Outcome = "accepted" if accepted else "refused"
     attempt = replace(tried.attempt, evidence=evidence, outcome=outcome, reason=sentences(*clauses))
     return replace(tried, attempt=attempt)
@@ -199,11 +199,14 @@ def _finite(odds: float) -> float | None:
     return odds if np.isfinite(odds) else None
 
 
-def _lost(best: Claim, evidence: float | None) -> str:
+def _lost(decision: Decision, evidence: float | None) -> str:
     """Why a kind that could be is not the answer."""
+    best = f"a {decision.best.kind}"
+    if decision.status == "no_fit":
+        return f"{best} is the better try"
     if evidence is None or evidence > 0.0:
-        return f"a {best.kind} explains the points better or more simply"
-    return f"a {best.kind} is likelier"
+        return f"{best} explains the points better or more simply"
+    return f"{best} is likelier"
 
 
 def _alternative(fitted: Fitted, include: Collection[str]) -> Alternative:

@@ -143,7 +143,7 @@ class Recognition:
         return orjson.dumps(self.to_dict()).decode()
 
     def __str__(self) -> str:
-        return summary(self.to_dict())
+        return summary(self.to_dict() | {"receipt": {"n_points": self.n_points, "unit": self.unit}})
 
     def __repr__(self) -> str:
         found = (self.primitive, *(other.primitive for other in self.alternatives))

@@ -1,7 +1,7 @@
 """`primfit fit`: the clouds in a few files, their answers on standard output."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -101,8 +101,8 @@ def _statuses(
     """The exit status of each answer, which is written before the next one is made."""
     from ...engine.answer import to_json
     from ..files import Problem
+    from ..render import show
 
-    show = _show()
     formats = () if artifacts is None else tuple(artifacts.files)
     for name, item, found in _answers(files, options, labels, formats):
         if isinstance(found, Problem):
@@ -119,16 +119,6 @@ def _statuses(
         yield EXIT[answer["status"]]
         if artifacts is not None:
             yield artifacts.write(fitted)
-
-
-def _show() -> Callable[[str, dict[str, Any]], None]:
-    """Prints an answer for people."""
-    from rich.console import Console
-
-    from ..render import render
-
-    console = Console(highlight=False)
-    return lambda name, answer: console.print(render(name, answer))
 
 
 def _answers(
