@@ -1,6 +1,6 @@
 """Form errors: how far points deviate from the two reference features that ISO standards measure form by.
 
-The least-squares feature minimises the sum of squared distances, the minimum-zone feature the largest
+The least-squares feature minimizes the sum of squared distances, the minimum-zone feature the largest
 distance; all numbers of either are free. The form error is the width of the zone between two offsets of the
 feature that holds all points: its peak-to-valley deviation, the largest less the smallest signed distance.
 Terms as in ISO 12781-1 (flatness: LSPL, MZPL), ISO 12180-1 (cylindricity: LSCY, MZCY) and ISO 12181-1

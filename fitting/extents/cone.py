@@ -22,8 +22,8 @@ class ConeExtents(Extents):
     end_height : along the axis from the apex to the farther end
     start_radius : of the circle at the nearer end
     end_radius : of the circle at the farther end
-    start : (3,) centre of the nearer end, on the axis
-    end : (3,) centre of the farther end, on the axis
+    start : (3,) center of the nearer end, on the axis
+    end : (3,) center of the farther end, on the axis
     apex_inside : the surface reaches the apex, which is the start then; `start_height` and `start_radius`
         are 0
     reference_direction : (3,) unit vector across the axis at which angles are 0; they grow from it towards

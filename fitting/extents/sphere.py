@@ -34,8 +34,8 @@ class SphereExtents(Extents):
 
     Attributes
     ----------
-    axis : (3,) unit vector from the centre to the middle of the cap; z of a full sphere
-    half_angle : between the axis and the rim, as seen from the centre, radians in (0, pi]; over pi / 2 the
+    axis : (3,) unit vector from the center to the middle of the cap; z of a full sphere
+    half_angle : between the axis and the rim, as seen from the center, radians in (0, pi]; over pi / 2 the
         cap is more than a hemisphere, and pi is the full sphere
     start_half_angle : of a zone, between the axis and its inner rim, the smaller opening, radians; 0 of a cap
     full_sphere : no part larger than chance explains is without points

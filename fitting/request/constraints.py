@@ -130,7 +130,7 @@ class Constraints:
     def written_into(self, primitive: P) -> P:
         """The primitive, in input units, with every fixed value as it was given.
 
-        It is there already but for the last digit: centring and scaling a position, and normalising an axis,
+        It is there already but for the last digit: centering and scaling a position, and normalizing an axis,
         round. A cylinder's or plane's `point` stays the one closest to the centroid.
         """
         exact: dict[str, Any] = {}

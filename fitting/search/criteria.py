@@ -1,4 +1,4 @@
-"""What the parameters minimise: one finisher a criterion, from where the search ended."""
+"""What the parameters minimize: one finisher a criterion, from where the search ended."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -137,7 +137,7 @@ def tukey(fitted: Finished, starts: Array, trial: Trial) -> Finished | FailedFit
 def _m_estimate(fitted: Finished, trial: Trial, kernel: Kernel, width: float) -> Finished | FailedFit:
     """Scale and surface in turn until both rest; least squares where points are too few to reject any.
 
-    The scale is the normalised median absolute distance, 1.4826 median |d|, at least the tolerance.
+    The scale is the normalized median absolute distance, 1.4826 median |d|, at least the tolerance.
     Source: Huber and Ronchetti, "Robust statistics", 2nd ed. 2009, sections 7.7 and 7.8; Holland and Welsch,
     "Robust regression using iteratively reweighted least-squares", Comm. Statist. A6, 1977 (tuning).
     """

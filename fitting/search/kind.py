@@ -50,7 +50,7 @@ def fit_kind(
     guess: Primitive | None = None,
     rough: Primitive | None = None,
 ) -> Fit | FailedFit:
-    """The best primitive of a kind in the normalised frame of its cloud.
+    """The best primitive of a kind in the normalized frame of its cloud.
 
     A guess, which joins the starts of its kind, is in input units. A rough surface, in that frame, is tried
     before any of them.

@@ -35,8 +35,6 @@ PART = 0.22
 beside them. Beyond it rejected ones on a surface of their own are a second segment; those near a surface are
 more, and so are exact ones beside a volume."""
 
-VOLUME = "they fill a volume rather than lie on a surface"
-
 EQUAL_SHARES = 0.1
 """Exact shares that differ by less than this, relatively, are equal."""
 
@@ -149,7 +147,7 @@ def claim(evidence: Evidence, probability: float | None, mean_error: float, ques
         return _as_told(found, question.tolerance)
     scattered = evidence.noise_scale > 2.0 * SCATTER * cloud.extent
     if 0.0 < evidence.exact_share <= PART and scattered and not refusal:
-        return replace(found, refusal=f"{found.words}: {VOLUME}")
+        return replace(found, refusal=_volume(found.words))
     return found
 
 
@@ -348,7 +346,12 @@ def _off(explained: Explanations | None, evidence: Evidence, tolerance: float) -
         deviation = f"by {cloud.frame.told(explained.hidden)} within short distances"
         return f"the points deviate systematically from the {kind}, {deviation}"
     scatter = cloud.frame.told(evidence.noise_scale)
-    return f"the points scatter by {scatter} about the {kind}: {VOLUME}"
+    return _volume(f"the points scatter by {scatter} about the {kind}")
+
+
+def _volume(said: str) -> str:
+    """What is said about points, and that so much scatter is no surface."""
+    return f"{said}: they fill a volume rather than lie on a surface"
 
 
 def may_overtake(
