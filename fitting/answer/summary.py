@@ -40,7 +40,7 @@ def summary(answer: Answer) -> str:
 def headline(answer: Answer) -> list[Row]:
     """What one looks for first: kind, sizes, where it ends, form error, and the points that belong to it.
 
-    After +- stands half of a 95% interval; of one that leans to one side stand its ends.
+    After ± stands half of a 95% interval; of one that leans to one side both ends stand there.
     """
     if answer["primitive"] is None:
         return []
@@ -114,8 +114,9 @@ def _to_digits_of(value: float, half: float) -> str:
 def _quality(error: Mapping[str, float], answer: Answer) -> Iterator[Row]:
     """The form error, and how many points belong to the surface and how they scatter."""
     unit, n_points = _unit(answer), _n_points(answer)
-    yield "form error", f"{figure(error['zone'], unit)}, over all points"
     share = error["inlier_share"]
+    over = "all points" if share == 1.0 else "all points, outliers included"
+    yield "form error", f"{figure(error['zone'], unit)}, over {over}"
     if n_points is None:
         count = f"{part(share)} of the points"
     elif share == 1.0:
