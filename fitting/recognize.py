@@ -20,6 +20,7 @@ from .trial.trial import Trial
 from .verdict.classifier import Classifier, FittingClassifier
 from .verdict.evidence import Evidence
 from .verdict.judge import Question, best_of, claim, decide, may_overtake
+from .words import sentences
 
 DEFAULT_CONFIG = Config()
 
@@ -54,7 +55,7 @@ def recognize(
     """
     _check_criterion(config, weights=weights, standard_deviations=standard_deviations)
     cloud = Cloud.prepare(
-        points, normals, np.random.default_rng([config.seed, 0]), weights, standard_deviations
+        points, normals, np.random.default_rng([config.seed, 0]), weights, standard_deviations, config.unit
     )
     check_reach(config.constraints, config.initial_guess, cloud.frame)
     trials = {kind: Trial.of(kind, cloud, config.constraints) for kind in config.kinds}
@@ -164,7 +165,7 @@ def _attempt(
     rng = np.random.default_rng([config.seed, 1, KINDS.index(kind)])
     fit = fit_kind(trial, config.criterion, rng, config.initial_guess, rough)
     if isinstance(fit, FailedFit):
-        return Failed(Attempt(kind, probability, "failed", fit.reason, None, None, None))
+        return Failed(Attempt(kind, probability, "failed", sentences(fit.reason), None, None, None))
     evidence = Evidence.weigh(fit.robust, trial)
     error = summarize(fit.finished.primitive, evidence)
     question = Question(
@@ -183,4 +184,4 @@ def _attempt(
         error=error,
         noise=summarize_noise(evidence),
     )
-    return Fitted(attempt, found, fit.finished, answered, error)
+    return Fitted(attempt, found, fit.finished, answered, error, fit.unlimited)

@@ -16,7 +16,6 @@ from primfit.fitting.names import (
     KINDS,
     MISSING,
     SEED,
-    UNITS,
     AnswerPart,
     Criterion,
     KindName,
@@ -173,10 +172,8 @@ def config_of(
 ) -> Config:
     """The options of `fit`, checked before there is a cloud; raises `InvalidOptionError`."""
     as_columns(columns)
-    for name, value, allowed in (("missing", missing, MISSING), ("unit", unit, (None, *UNITS))):
-        if value not in allowed:
-            known = ", ".join(filter(None, allowed))
-            raise InvalidOptionError(f"{name} is {value!r:.40}; allowed are {known}", name)
+    if missing not in MISSING:
+        raise InvalidOptionError(f"missing is {missing!r:.40}; allowed are {', '.join(MISSING)}", "missing")
     if classifier not in CLASSIFIERS:
         raise InvalidOptionError(f"classifier must be one of {', '.join(CLASSIFIERS)}", "classifier")
     return Config(

@@ -1,25 +1,38 @@
 """From what was tried and decided to the answer."""
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..cloud.cloud import Cloud
+from ..cloud.frame import Frame
 from ..extents import extents_of, has_arcs
 from ..extents.values import Extents
+from ..plain import worded
+from ..primitives import SIZES, is_angle
 from ..primitives.primitive import Primitive
 from ..request.config import Config
 from ..search.finished import Finished
+from ..solver.refine import distances
 from ..uncertainty.appraise import uncertainty_of
 from ..uncertainty.values import Uncertainty
 from ..verdict.judge import Claim, Decision
+from ..words import figure, listed, sentences
 from .conformance import Candidate, Conformance, conformance
 from .residuals import Inliers
-from .result import Alternative, Attempt, Recognition
+from .result import Alternative, Attempt, Outcome, Recognition
 from .values import ErrorSummary
 
 MOSTLY_EXACT = 0.9
 """Where so large a share of the inliers is exact, the others do not count for the extents."""
+
+
+CONTRADICTED, AS_NEAR = 2.0, 1.5
+"""Constraints are said to contradict the points where these lie so many times as far from the surface as
+without them. Of a kind that is not the answer it is said where without them the points would be no farther
+than so many times as from the answer. Words only: no decision asks for them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +52,8 @@ class Fitted:
     finished : where the criterion ended, in the frame of the cloud
     answered : the primitive of that in input units, fixed values as they were given
     error : the distances of the points from it
+    unlimited : where constraints act, the surface of the kind that the search found without them, in the
+        frame of the cloud
     """
 
     attempt: Attempt
@@ -46,6 +61,7 @@ class Fitted:
     finished: Finished
     answered: Primitive
     error: ErrorSummary
+    unlimited: Primitive | None = None
 
 
 Tried = Fitted | Failed
@@ -53,7 +69,7 @@ Tried = Fitted | Failed
 
 def nothing(tries: Sequence[Tried], n_points: int, config: Config) -> Recognition:
     """The answer where every fit failed."""
-    reasons = "; ".join(tried.attempt.reason for tried in tries)
+    reasons = (tried.attempt.reason for tried in tries)
     return Recognition(
         status="no_fit",
         primitive=None,
@@ -61,7 +77,7 @@ def nothing(tries: Sequence[Tried], n_points: int, config: Config) -> Recognitio
         error=None,
         noise=None,
         attempts=tuple(tried.attempt for tried in tries),
-        message=f"no allowed kind could be fitted: {reasons}",
+        message=sentences("none of the allowed kinds could be fitted", *reasons),
         n_points=n_points,
         conformance=conformance(config.nominal, config.form_tolerance, ()),
         include=config.include,
@@ -71,7 +87,9 @@ def nothing(tries: Sequence[Tried], n_points: int, config: Config) -> Recognitio
 
 def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Recognition:
     """The answer to a cloud."""
-    told = [_told(tried, decision) for tried in tries]
+    about = next(each for each in tries if isinstance(each, Fitted) and each.claim is decision.about)
+    why = _about(about, decision.reason, config)
+    told = [_told(tried, decision, why, config) for tried in tries]
     fitted = {each.claim.kind: each for each in told if isinstance(each, Fitted)}
     best = fitted[decision.best.kind]
     evidence = best.claim.evidence
@@ -84,7 +102,7 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
         error=best.error,
         noise=best.attempt.noise,
         attempts=tuple(tried.attempt for tried in told),
-        message=_message(decision),
+        message=_message(decision, fitted, why, config),
         n_points=len(cloud.points),
         active_constraints=config.constraints.effects(best.answered),
         extents=extents,
@@ -113,28 +131,86 @@ def _conformance(
     return conformance(config.nominal, config.form_tolerance, candidates)
 
 
-def _message(decision: Decision) -> str:
-    kind = decision.best.kind
-    if decision.status == "no_fit":
-        return f"no allowed kind explains the cloud; the best try is a {kind}: {decision.reason}"
+def _message(decision: Decision, fitted: Mapping[str, Fitted], why: list[str], config: Config) -> str:
+    best = fitted[decision.best.kind]
+    others = [each for each in fitted.values() if each is not best and _would_do(each, best)]
+    contradicted = [clause for each in others for clause in _contradiction(each, config)]
     if decision.status == "ambiguous":
-        names = " or ".join(each.kind for each in (decision.best, *decision.rivals))
-        return f"the cloud may be a {names}: the points do not tell them apart"
-    return f"{kind}: {decision.reason}"
+        names = listed([f"a {each.kind}" for each in (decision.best, *decision.rivals)], "or")
+        return sentences(f"the points may lie on {names}: they do not tell these apart", *contradicted)
+    if decision.status == "fitted":
+        return sentences(*why, *contradicted)
+    none = f"a {best.claim.kind} does not explain the points"
+    if len(config.kinds) > 1:
+        none = f"none of the allowed kinds explains the points; the best try is a {best.claim.kind}"
+    return sentences(none, *why, *contradicted)
 
 
-def _told(tried: Tried, decision: Decision) -> Tried:
-    """With what became of it: its evidence beside that of the best claim, and why it was refused."""
+def _about(fitted: Fitted, said: str, config: Config) -> list[str]:
+    """What is said about a surface, with the constraints that hold it, in clauses."""
+    if contradicted := _contradiction(fitted, config):
+        return [said, *contradicted]
+    held = config.constraints.holding(fitted.answered, config.unit)
+    return [f"with {listed(held.values(), 'and')}, {said}" if held else said]
+
+
+def _would_do(fitted: Fitted, best: Fitted) -> bool:
+    """Whether without its constraints a kind would lie about as near to the points as the best one does."""
+    if fitted.unlimited is None:
+        return False
+    cloud = best.claim.evidence.cloud
+    nearest = max(_typical(best.claim.evidence.primitive, cloud), cloud.tolerance)
+    return _typical(fitted.unlimited, cloud) <= AS_NEAR * nearest
+
+
+def _contradiction(fitted: Fitted, config: Config) -> list[str]:
+    """That its constraints keep a surface from the points, as a clause, where the search has shown it."""
+    held = config.constraints.holding(fitted.answered, config.unit)
+    if not held or fitted.unlimited is None:
+        return []
+    kind, cloud = fitted.claim.kind, fitted.claim.evidence.cloud
+    kept, free = (_typical(each, cloud) for each in (fitted.claim.evidence.primitive, fitted.unlimited))
+    if kept <= max(CONTRADICTED * free, cloud.tolerance):
+        return []
+    verb, them = ("contradicts", "it") if len(held) == 1 else ("contradict", "them")
+    near = "on" if free <= cloud.tolerance else f"within {cloud.frame.told(free)} of"
+    sizes = [_size(fitted.unlimited, name, cloud.frame) for name in held if name in SIZES]
+    of = f" with a {listed(sizes, 'and a')}" if sizes else ""
+    half = f"half of them would lie {near} a {kind}{of}, not within {cloud.frame.told(kept)}"
+    return [f"{listed(held.values(), 'and')} {verb} the points: without {them} {half}"]
+
+
+def _size(primitive: Primitive, name: str, frame: Frame) -> str:
+    """A number of a primitive in its frame, in words: `radius of 5.01 mm`."""
+    value = float(getattr(primitive, name))
+    told = figure(math.degrees(value), "degrees") if is_angle(name) else frame.told(value)
+    return f"{worded(name)} of {told}"
+
+
+def _typical(primitive: Primitive, cloud: Cloud) -> float:
+    """The distance that half of the points are within."""
+    return float(np.median(np.abs(distances(primitive, cloud.working[cloud.sample]))))
+
+
+def _told(tried: Tried, decision: Decision, why: list[str], config: Config) -> Tried:
+    """With what became of it: its evidence beside that of the best claim, and why it was refused.
+
+    `why` is the reason of the decision, in clauses.
+    """
     if isinstance(tried, Failed):
         return tried
     best, claim, evidence = decision.best, tried.claim, None
     if not (claim.evidence.exact.any() or best.evidence.exact.any()):
         evidence = _finite(claim.odds - best.odds)
-    attempt = replace(tried.attempt, evidence=evidence)
     chosen = claim is best or claim in decision.rivals
-    if not claim.refusal and not (chosen and decision.status != "no_fit"):
-        why = decision.reason if chosen else _lost(best, evidence, tried.attempt.reason)
-        attempt = replace(attempt, outcome="refused", reason=why)
+    accepted = chosen and decision.status != "no_fit"
+    clauses = _about(tried, tried.attempt.reason, config)
+    if claim is best and not accepted:
+        clauses = why if decision.about is best else [*clauses, *why]
+    elif not (chosen or claim.refusal):
+        clauses.append(_lost(decision, evidence))
+    outcome: Outcome = "accepted" if accepted else "refused"
+    attempt = replace(tried.attempt, evidence=evidence, outcome=outcome, reason=sentences(*clauses))
     return replace(tried, attempt=attempt)
 
 
@@ -143,10 +219,14 @@ def _finite(odds: float) -> float | None:
     return odds if np.isfinite(odds) else None
 
 
-def _lost(best: Claim, evidence: float | None, reason: str) -> str:
+def _lost(decision: Decision, evidence: float | None) -> str:
+    """Why a kind that could be is not the answer."""
+    best = f"a {decision.best.kind}"
+    if decision.status == "no_fit":
+        return f"{best} is the better try"
     if evidence is None or evidence > 0.0:
-        return f"{reason}; a {best.kind} explains the cloud better or more simply"
-    return f"{reason}; a {best.kind} is likelier (log odds {-evidence:.1f})"
+        return f"{best} explains the points better or more simply"
+    return f"{best} is likelier"
 
 
 def _alternative(fitted: Fitted, include: Collection[str]) -> Alternative:

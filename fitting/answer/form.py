@@ -1,6 +1,6 @@
 """Form errors: how far points deviate from the two reference features that ISO standards measure form by.
 
-The least-squares feature minimises the sum of squared distances, the minimum-zone feature the largest
+The least-squares feature minimizes the sum of squared distances, the minimum-zone feature the largest
 distance; all numbers of either are free. The form error is the width of the zone between two offsets of the
 feature that holds all points: its peak-to-valley deviation, the largest less the smallest signed distance.
 Terms as in ISO 12781-1 (flatness: LSPL, MZPL), ISO 12180-1 (cylindricity: LSCY, MZCY) and ISO 12181-1
@@ -125,4 +125,4 @@ def _minimum_zone(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
             return found
         outermost = beyond[np.argsort(absolute[beyond], kind="stable")[-OUTERMOST:]]
         few, start = np.union1d(few, outermost), found
-    return FailedFit(f"the minimum zone of {len(cloud.points)} points did not settle in {ROUNDS} rounds")
+    return FailedFit(f"the minimum zone of {len(cloud.points)} points did not converge in {ROUNDS} rounds")

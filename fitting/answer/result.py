@@ -27,6 +27,7 @@ class Attempt:
 
     Attributes
     ----------
+    reason : why, in sentences
     probability : what the classifier gave it; None where it was not asked
     evidence : natural logarithm of the kind's probability over that of the best kind: 0 for that one,
         negative for the others, but for those refused by themselves or equal within `tolerance`; None if the
@@ -98,6 +99,7 @@ class Recognition:
     alternatives : the other kinds that explain an `ambiguous` cloud, the likelier first: of each its
         parameters, error, extents, uncertainty and evidence
     attempts : every kind that was tried, in order
+    message : the status in sentences, with lengths in the unit of the input; for people, as texts may change
     active_constraints : how each constraint acts on `primitive`, by its name: `at its upper bound 5.0`, or
         `not applicable: a plane has no radius` where its kind has no such parameter
     extents : where `primitive` begins and ends; None without one, if its points span no surface, or where
@@ -150,7 +152,7 @@ class Recognition:
         return orjson.dumps(self.to_dict()).decode()
 
     def __str__(self) -> str:
-        return summary(self.to_dict())
+        return summary(self.to_dict() | {"receipt": {"n_points": self.n_points, "unit": self.unit}})
 
     def __repr__(self) -> str:
         found = (self.primitive, *(other.primitive for other in self.alternatives))

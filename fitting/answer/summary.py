@@ -1,15 +1,14 @@
-"""An answer in words and aligned numbers: the rows that `print` and the command line show."""
+"""An answer in words and aligned numbers: the rows that `print`, the command line and the report show."""
 
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..extents import EXTENTS
+from ..extents.values import Row, large
 from ..plain import worded
-from ..primitives import DIRECTIONS, is_angle
-
-Row = tuple[str, str]
-"""A label, empty where it is that of the row before, and what stands beside it."""
+from ..primitives import DIRECTIONS, direction_of, is_angle, is_length
+from ..words import between, digits, figure, listed, part, with_unit
 
 SYMMETRIC = 0.05
 """Relative difference of the two halves of an interval up to which it is shown as one half-width."""
@@ -17,76 +16,227 @@ SYMMETRIC = 0.05
 BESIDE = ("error", "extents", "uncertainty", "evidence")
 """What stands beside the parameters of an alternative."""
 
-_LABEL_WIDTH = 14
-_COLUMN = 16
+WELL_KNOWN = 12
+"""Digits of a number that is known to more, or exactly."""
+
+VERDICTS = {
+    "within": "within tolerance",
+    "beyond": "beyond tolerance",
+    "undecided": "undecided: an interval reaches over its tolerance",
+}
+
+_LABEL_WIDTH = 17
+_COLUMN = 15
+_HALF = 2
+"""Digits of half an interval."""
+
+Answer = Mapping[str, Any]
+"""Plain values, as `Recognition.to_dict` gives them; a `receipt` among them has `n_points` and `unit`."""
 
 
-def summary(answer: Mapping[str, Any]) -> str:
-    """The answer (`Recognition.to_dict`) as lines of text."""
+def summary(answer: Answer) -> str:
+    """The answer as lines of text."""
     tried = ", ".join(f"{attempt['kind']} ({attempt['outcome']})" for attempt in answer["attempts"])
-    rows = [row for section in sections(answer) for row in section]
+    status = (worded(answer["status"]), answer["message"])
+    rows = [*headline(answer), status, *(row for section in sections(answer) for row in section)]
     lines = [f"{label:<{_LABEL_WIDTH}}{text}".rstrip() for label, text in [*rows, ("tried", tried)]]
-    return "\n".join([f"{worded(answer['status'])}  {answer['message']}", *lines])
+    return "\n".join(lines)
 
 
-def sections(answer: Mapping[str, Any]) -> list[list[Row]]:
-    """What an answer says beside its status and its trail, in groups of rows."""
-    known, groups = answer["uncertainty"], []
+def headline(answer: Answer) -> list[Row]:
+    """What one looks for first: kind, sizes, where it ends, form error, and the points that belong to it.
+
+    After ± stands half of a 95% interval; of one that leans to one side both ends stand there.
+    """
+    if answer["primitive"] is None:
+        return list(_conformance(answer))
+    label = "best try" if answer["status"] == "no_fit" else "kind"
+    (_, kind), *rows = _found(label, answer["primitive"], answer, answer)
+    if others := [other["kind"] for other in answer["alternatives"]]:
+        kind += f"; or a {listed(others, 'or')}, see below"
+    return [(label, kind), *rows, *_conformance(answer)]
+
+
+def _found(label: str, primitive: Mapping[str, Any], beside: Answer, answer: Answer) -> Iterator[Row]:
+    """The headline of the answer or of an alternative, with what stands `beside` its parameters."""
+    unit, known, extents = _unit(answer), beside["uncertainty"], beside["extents"]
+    intervals = {} if known is None else known["intervals"]
+    yield label, primitive["kind"] + (", with 95% intervals" if intervals else "")
+    for name, value in primitive.items():
+        if not isinstance(value, list | str):
+            yield from _size(name, value, intervals.get(name), unit)
+    if extents is not None:
+        yield EXTENTS[extents["kind"]].words(extents, unit)[0]
+    if beside["error"] is not None:
+        yield from _quality(beside["error"], answer)
+
+
+def _size(name: str, value: float, interval: Mapping[str, Any] | None, unit: str | None) -> Iterator[Row]:
+    """A radius or a half-angle; of what has one radius the diameter first."""
+    if is_angle(name):
+        degrees = _times(math.degrees(1.0), interval)
+        yield worded(name), f"{measured(math.degrees(value), degrees, 'degrees')} = {figure(value, 'rad', 6)}"
+        return
+    if name == "radius":
+        yield "diameter", measured(2.0 * value, _times(2.0, interval), unit)
+    yield worded(name), measured(value, interval, unit)
+
+
+def _times(factor: float, interval: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """An interval of a multiple of a number."""
+    if interval is None:
+        return None
+    ends = {end: interval[end] and factor * interval[end] for end in ("low", "high")}
+    return {**interval, **ends}
+
+
+def measured(value: float, interval: Mapping[str, Any] | None, unit: str | None) -> str:
+    """A number to the digits that are known, with what is known of it: `12.503 ± 0.021 mm`."""
+    if interval is None:
+        return with_unit(f"{value:.9g}", unit)
+    if interval["method"] == "held":
+        return with_unit(f"{value:.{WELL_KNOWN}g}", unit) + ", fixed"
+    low, high = interval["low"], interval["high"]
+    if low is None or high is None:
+        return f"{figure(value, unit, 6)} ({between(low, high, unit)})"
+    half = max(value - low, high - value)
+    shown = _to_digits_of(value, half)
+    if abs(high + low - 2.0 * value) <= SYMMETRIC * half:
+        return with_unit(f"{shown} \u00b1 {digits(half, _HALF)}", unit)
+    return f"{with_unit(shown, unit)} ({between(low, high, unit)})"
+
+
+def _to_digits_of(value: float, half: float) -> str:
+    """A number down to the last digit of half its interval, where it has that many."""
+    if not half:
+        return f"{value:.{WELL_KNOWN}g}"
+    decimals = _HALF - 1 - math.floor(math.log10(half))
+    n_digits = math.floor(math.log10(abs(value) or 1.0)) + 1 + decimals
+    if n_digits > WELL_KNOWN:
+        return f"{value:.{WELL_KNOWN}g}"
+    return digits(value, max(n_digits, 1))
+
+
+def _quality(error: Mapping[str, float], answer: Answer) -> Iterator[Row]:
+    """The form error, and how many points belong to the surface and how they scatter."""
+    unit, n_points = _unit(answer), _n_points(answer)
+    share = error["inlier_share"]
+    over = "all points" if share == 1.0 else "the inliers"
+    yield "form error", f"{figure(error['inlier_zone'], unit)}, over {over}"
+    if n_points is None:
+        count = f"{part(share)} of the points"
+    elif share == 1.0:
+        count = f"all {n_points:,}"
+    else:
+        count = f"{round(share * n_points):,} of {n_points:,}"
+    yield "inliers", f"{count}, rms {figure(error['inlier_rms'], unit)}"
+
+
+def _receipt(answer: Answer) -> Mapping[str, Any]:
+    return answer.get("receipt") or {}
+
+
+def _unit(answer: Answer) -> str | None:
+    return _receipt(answer).get("unit")
+
+
+def _n_points(answer: Answer) -> int | None:
+    """Points that were judged; with weights some may have been left out, and it is not known how many."""
+    receipt = _receipt(answer)
+    return None if receipt.get("weights_sha256") else receipt.get("n_points")
+
+
+def sections(answer: Answer) -> list[list[Row]]:
+    """What an answer says beside its headline, its status and its trail, in groups of rows."""
+    known, unit = answer["uncertainty"], _unit(answer)
+    groups = []
     if answer["primitive"] is not None:
-        label = "best try" if answer["status"] == "no_fit" else "kind"
-        groups.append(list(_parameters(answer["primitive"], label, known)))
+        groups.append(list(_place(answer["primitive"], known, unit)))
     if answer["extents"] is not None:
-        groups.append(_extents(answer["extents"]))
-    if known is not None and known["warnings"]:
-        groups.append([("warning", warning["message"]) for warning in known["warnings"]])
+        groups.append(_extents(answer["extents"], unit))
+    groups.append([("warning", text) for text in _warnings(answer)])
     if answer["error"] is not None:
-        groups.append(_error(answer["error"], answer["noise"]))
-    groups += [list(_alternative(other)) for other in answer["alternatives"]]
-    if answer["active_constraints"]:
-        effects = answer["active_constraints"].items()
-        groups.append(_labelled("constraints", [f"{worded(name)}: {effect}" for name, effect in effects]))
-    return groups
+        groups.append(_error(answer["error"], answer["noise"], unit))
+    groups += [list(_alternative(other, answer)) for other in answer["alternatives"]]
+    effects = answer["active_constraints"].items()
+    groups.append(_labelled("constraints", [f"{worded(name)}: {effect}" for name, effect in effects]))
+    return [group for group in groups if group]
 
 
-def _alternative(other: Mapping[str, Any]) -> Iterator[Row]:
-    """Its kind and parameters as those of the primitive, its distances, and what to beware of."""
+def _conformance(answer: Answer) -> Iterator[Row]:
+    """What was asked for, and what became of it."""
+    found = answer.get("conformance") or {"verdict": None, "checks": []}
+    if found["verdict"] is not None:
+        yield "verdict", VERDICTS[found["verdict"]] if found["kind"] else "another shape than asked for"
+    for check in found["checks"]:
+        yield worded(check["name"]), _check(check, _unit(answer))
+
+
+def _check(check: Mapping[str, Any], length: str | None) -> str:
+    """A deviation with its interval, what is allowed, and the verdict."""
+    name, low, high = check["name"], check["low"], check["high"]
+    unit = length if name == "form" or is_length(name) else "rad"
+    text = f"{'error' if name == 'form' else 'deviation'} {figure(check['deviation'], unit)}"
+    if low is not None and high is not None:
+        text += f" ({between(low, high, unit)})"
+    if check["upper"] is None:
+        return text
+    allowed = (
+        between(check["lower"], check["upper"], unit) if check["lower"] else figure(check["upper"], unit)
+    )
+    return f"{text}, allowed {allowed}: {check['verdict']}"
+
+
+def _warnings(answer: Answer) -> list[str]:
+    """Of the points, and of what is known of the parameters."""
+    known = answer["uncertainty"] or {"warnings": []}
+    return [*answer.get("warnings", ()), *(warning["message"] for warning in known["warnings"])]
+
+
+def _alternative(other: Answer, answer: Answer) -> Iterator[Row]:
+    """Its headline, where it is, its distances, and what to beware of."""
     primitive = {name: value for name, value in other.items() if name not in BESIDE}
-    yield from _parameters(primitive, "or", other["uncertainty"])
-    yield from _distances(other["error"])
-    for warning in (other["uncertainty"] or {"warnings": []})["warnings"]:
-        yield "warning", warning["message"]
+    yield from _found("or", primitive, other, answer)
+    yield from _place(primitive, other["uncertainty"], _unit(answer))
+    yield _distances(other["error"], _unit(answer))
+    yield from (
+        ("warning", warning["message"]) for warning in (other["uncertainty"] or {"warnings": []})["warnings"]
+    )
 
 
 def _labelled(label: str, texts: list[str]) -> list[Row]:
     return [("" if i else label, text) for i, text in enumerate(texts)]
 
 
-def _parameters(primitive: Mapping[str, Any], label: str, known: Mapping[str, Any] | None) -> Iterator[Row]:
-    """The kind and a row for each parameter, with its 95 % interval; for coordinates that is the next row."""
+def _place(primitive: Mapping[str, Any], known: Mapping[str, Any] | None, unit: str | None) -> Iterator[Row]:
+    """A row for each position and direction, with the intervals of coordinates in the next row."""
     intervals = {} if known is None else known["intervals"]
-    yield label, primitive["kind"] + (", with 95 % intervals" if intervals else "")
     direction = None if known is None else known["direction"]
     for name, value in primitive.items():
         if isinstance(value, list):
-            yield from _vector(name, value, intervals, direction)
-        elif name != "kind":
-            unit = f" rad = {_plain(math.degrees(value))} degrees" if is_angle(name) else ""
-            interval = intervals.get(name)
-            yield worded(name), _aligned(_known_to(value, interval)) + _within(value, interval) + unit
+            yield from _vector(name, value, intervals, direction, unit)
     if known is not None and known["position"] is not None:
-        across = "axis" if "axis" in primitive else primitive["kind"]
-        radius = f"± {known['position']['radius_95']:.2g}"
-        yield "position", f"{_aligned(radius)}  across the {across}"
+        across = "axis" if direction_of(primitive["kind"]) == "axis" else primitive["kind"]
+        radius = f"\u00b1 {digits(known['position']['radius_95'], _HALF)}"
+        yield "position", with_unit(_aligned(radius), unit) + f", across the {across}"
 
 
 def _vector(
-    name: str, value: list[float], intervals: Mapping[str, Any], direction: Mapping[str, Any] | None
+    name: str,
+    value: list[float],
+    intervals: Mapping[str, Any],
+    direction: Mapping[str, Any] | None,
+    unit: str | None,
 ) -> Iterator[Row]:
     each_interval = [intervals.get(f"{name}.{axis}") for axis in "xyz"]
     numbers = "".join(map(_aligned, map(_known_to, value, each_interval)))
-    if direction is not None and name in DIRECTIONS:
-        numbers += f"  ± {math.degrees(direction['radius_95']):.2g} degrees"
-    yield worded(name), numbers
+    if name in DIRECTIONS:
+        yield worded(name), numbers
+        if direction is not None:
+            off = f"\u00b1 {digits(math.degrees(direction['radius_95']), _HALF)}"
+            yield "", f"{_aligned(off)} degrees"
+        return
+    yield worded(name), with_unit(numbers, unit)
     halves = list(map(_half_width, value, each_interval))
     if any(halves):
         yield "", "".join(_aligned(half) for half in halves)
@@ -98,76 +248,59 @@ def _half_width(value: float, interval: Mapping[str, Any] | None) -> str:
         return ""
     if None in (interval["low"], interval["high"]):
         return "open"
-    return f"± {max(value - interval['low'], interval['high'] - value):.2g}"
+    return f"\u00b1 {digits(max(value - interval['low'], interval['high'] - value), _HALF)}"
 
 
-def _within(value: float, interval: Mapping[str, Any] | None) -> str:
-    """The interval of a number: as a half-width, by its ends where it leans to one side, or what is known."""
-    if interval is None or interval["method"] == "held":
-        return ""
-    low, high = interval["low"], interval["high"]
-    if low is None or high is None:
-        ends = [
-            f"{word} {_plain(end)}" for word, end in (("at least", low), ("at most", high)) if end is not None
-        ]
-        return "  " + ("".join(ends) or "not bounded by the points")
-    below, above = value - low, high - value
-    if abs(above - below) <= SYMMETRIC * max(above, below):
-        return f"  {_half_width(value, interval)}"
-    return f"  {_plain(low)} to {_plain(high)}"
+def _extents(extents: Mapping[str, Any], unit: str | None) -> list[Row]:
+    """All but what the headline has."""
+    area = f"{large(extents['area'], unit)}, {part(round(extents['coverage'], 2))} of it near points"
+    return [*EXTENTS[extents["kind"]].words(extents, unit)[1:], ("area", area)]
 
 
-def _extents(extents: Mapping[str, Any]) -> list[Row]:
-    area = f"area {extents['area']:.6g}, of which {extents['coverage']:.0%} have points near them"
-    return _labelled("extents", [*EXTENTS[extents["kind"]].words(extents), area])
+def _distances(error: Mapping[str, float], unit: str | None) -> Row:
+    """Of all points."""
+    every = ", ".join(f"{name} {digits(error[key])}" for name, key in _LENGTHS)
+    return "distances", with_unit(every, unit)
 
 
-def _distances(error: Mapping[str, float]) -> list[Row]:
-    """Of all points, and of the inliers."""
-    every = "  ".join(f"{name} {error[key]:.3g}" for name, key in _LENGTHS)
-    return [("error", every), ("", f"rms of the inliers {error['inlier_rms']:.3g}")]
-
-
-def _error(error: Mapping[str, float], noise: Mapping[str, Any]) -> list[Row]:
-    shares = (f"{name} {noise[f'{name}_share']:.1%}" for name in ("exact", "outlier"))
+def _error(error: Mapping[str, float], noise: Mapping[str, Any], unit: str | None) -> list[Row]:
     step = noise["quantisation_step"]
+    said = [figure(noise["scale"], unit)]
+    said += [f"coordinates in steps of {with_unit(f'{step:g}', unit)}"] if step else []
+    shares = {"on it exactly": noise["exact_share"], "outliers": noise["outlier_share"]}
+    told = ", ".join(f"{part(round(share, 3))} {name}" for name, share in shares.items() if share)
     return [
-        *_distances(error),
-        ("", f"mean over the bounding-box diagonal {error['relative_mean']:.3g}"),
-        ("points", "  ".join((f"inlier {error['inlier_share']:.1%}", *shares))),
-        ("noise", f"{noise['scale']:.3g}" + (f"  coordinates in steps of {step:g}" if step else "")),
-        *(("", text) for text in _deviations(noise)),
+        _distances(error, unit),
+        ("", f"mean {digits(error['relative_mean'])} of the diagonal of the bounding box"),
+        *([("points", told)] if told else []),
+        ("noise", ", ".join(said)),
+        *(("", text) for text in _deviations(noise, unit)),
     ]
 
 
-def _deviations(noise: Mapping[str, Any]) -> Iterator[str]:
-    """What neighbouring points have in common, in words."""
+def _deviations(noise: Mapping[str, Any], unit: str | None) -> Iterator[str]:
+    """What neighboring points have in common, in words."""
     for name, said in _SHARED.items():
         if (found := noise[name]) is not None:
-            yield f"{said} {found['size']:.3g} over {found['range']:.3g}"
+            yield f"{said} {figure(found['size'], unit)} over {figure(found['range'], unit)}"
 
 
 _SHARED = {
-    "correlated": "neighbouring points share a deviation of",
+    "correlated": "neighboring points share a deviation of",
     "smooth": "the points deviate smoothly by",
 }
 
-
-_LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95 %", "p95"), ("max", "max"), ("zone", "zone"))
-
-
-def _plain(value: float) -> str:
-    return f"{value:.9g}"
+_LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95%", "p95"), ("max", "max"))
 
 
 def _known_to(value: float, interval: Mapping[str, Any] | None) -> str:
     """With two digits of its standard deviation, far from the origin too, as long as a column holds them."""
     deviation = 0.0 if interval is None else interval["standard_deviation"]
     if not value or not deviation:
-        return _plain(value)
-    digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(deviation)) + 2
-    fitting = (f"{value:.{n}g}" for n in range(min(digits, 17), 9, -1))
-    return next((text for text in fitting if len(text) < _COLUMN), _plain(value))
+        return f"{value:.9g}"
+    n_digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(deviation)) + 2
+    fitting = (f"{value:.{n}g}" for n in range(min(n_digits, 17), 9, -1))
+    return next((text for text in fitting if len(text) < _COLUMN), f"{value:.9g}")
 
 
 def _aligned(text: str) -> str:

@@ -31,7 +31,7 @@ class ErrorSummary:
 
 @dataclass(frozen=True)
 class Deviation:
-    """A deviation that neighbouring points share, in the unit of the input.
+    """A deviation that neighboring points share, in the unit of the input.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class NoiseSummary:
         that many could lie there by accident
     outlier_share : share of the points that are more likely to be anywhere than on the surface
     quantisation_step : step that the decimal coordinates differ by multiples of, None where there is none
-    correlated : the part of the noise that neighbours share, rough as sensors make it; None where it does not
+    correlated : the part of the noise that neighbors share, rough as sensors make it; None where it does not
         show
     smooth : a smooth deviation of the cloud from the surface, as a bowed part or a wrong shape has; None
         where it does not show

@@ -106,15 +106,19 @@ class Cloud:
         rng: np.random.Generator,
         weights: object = None,
         standard_deviations: object = None,
+        unit: str | None = None,
     ) -> Self:
-        """Check, normalise, sample; raises `InvalidPointCloudError` for what cannot be a cloud."""
+        """Check, normalise, sample; raises `InvalidPointCloudError` for what cannot be a cloud.
+
+        `unit` is the name of the unit of the points, for words.
+        """
         given = _Given.checked(points, normals, weights, standard_deviations)
         keys = distance_keys(given.points, given.box)
         if len(given.points) <= WORKING_POINTS:
             order = canonical_order(given.points, keys)
             given, keys = given.taken(order), keys[order]
         checked, normals, factors = given.points, given.normals, given.factors
-        frame = Frame.of(checked, given.box)
+        frame = Frame.of(checked, given.box, unit)
         normalized = frame.normalize(checked)
         rounding = rounding_of(checked, given.box)
         tolerance = rounding.size / frame.scale

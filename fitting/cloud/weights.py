@@ -4,6 +4,7 @@ import numpy as np
 
 from ..errors import InvalidPointCloudError
 from ..geometry.vectors import Array
+from ..words import as_given
 
 SMALLEST, LARGEST = 1e-100, 1e100
 """Beyond these magnitudes squares of weighted distances under- or overflow."""
@@ -49,7 +50,7 @@ def _checked(values: object, field: str, n_points: int, zero_allowed: bool = Fal
     if not good.all():
         first = int(np.argmin(good))
         raise InvalidPointCloudError(
-            f"{field}[{first}] is {array[first]:g}; they lie between {SMALLEST:.0e} and {LARGEST:.0e}"
+            f"{field}[{first}] is {as_given(array[first])}; they lie between {SMALLEST:.0e} and {LARGEST:.0e}"
             + (" or are 0" if zero_allowed else ""),
             f"{field}[{first}]",
         )

@@ -7,8 +7,9 @@ from typing import Any, ClassVar, Self
 
 from ..geometry.vectors import Array, basis, vector
 from ..primitives.cone import Cone
+from ..words import between
 from . import _extents
-from .values import Extents, Length, Place, arc_in_words
+from .values import Extents, Length, Place, Row, arc_in_words, long
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +22,8 @@ class ConeExtents(Extents):
     end_height : along the axis from the apex to the farther end
     start_radius : of the circle at the nearer end
     end_radius : of the circle at the farther end
-    start : (3,) centre of the nearer end, on the axis
-    end : (3,) centre of the farther end, on the axis
+    start : (3,) center of the nearer end, on the axis
+    end : (3,) center of the farther end, on the axis
     apex_inside : the surface reaches the apex, which is the start then; `start_height` and `start_radius`
         are 0
     reference_direction : (3,) unit vector across the axis at which angles are 0; they grow from it towards
@@ -73,9 +74,11 @@ class ConeExtents(Extents):
         return {"about the axis": math.degrees(self.span)}
 
     @staticmethod
-    def words(of: Mapping[str, Any]) -> list[str]:
+    def words(of: Mapping[str, Any], unit: str | None) -> list[Row]:
+        height = long(of["end_height"] - of["start_height"], unit)
+        ends = between(2.0 * of["start_radius"], 2.0 * of["end_radius"], unit)
         return [
-            f"height {of['start_height']:.6g} to {of['end_height']:.6g} from the apex",
-            f"radius {of['start_radius']:.6g} to {of['end_radius']:.6g}",
-            arc_in_words(of),
+            ("length", f"{height}, diameter {ends}"),
+            ("from the apex", between(of["start_height"], of["end_height"], unit)),
+            ("around the axis", arc_in_words(of)),
         ]

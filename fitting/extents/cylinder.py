@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 from ..geometry.vectors import Array, basis, vector
 from ..primitives.cylinder import Cylinder
 from . import _extents
-from .values import Extents, Length, Place, arc_in_words
+from .values import Extents, Length, Place, Row, arc_in_words, long
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,5 +59,5 @@ class CylinderExtents(Extents):
         return {"about the axis": math.degrees(self.span)}
 
     @staticmethod
-    def words(of: Mapping[str, Any]) -> list[str]:
-        return [f"length {of['length']:.6g}", arc_in_words(of)]
+    def words(of: Mapping[str, Any], unit: str | None) -> list[Row]:
+        return [("length", long(of["length"], unit)), ("around the axis", arc_in_words(of))]

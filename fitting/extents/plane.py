@@ -10,7 +10,7 @@ from ..geometry.vectors import Array, basis, vector
 from ..primitives.plane import Plane
 from . import _extents
 from .outline import Edge, Rings, tidied
-from .values import Area, Extents, Length, Place, Places
+from .values import Area, Extents, Length, Place, Places, Row, large, long
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +70,12 @@ class PlaneExtents(Extents):
         )
 
     @staticmethod
-    def words(of: Mapping[str, Any]) -> list[str]:
+    def words(of: Mapping[str, Any], unit: str | None) -> list[Row]:
+        concave = f"{_pieces(of['concave_outline'])}, area {large(of['concave_area'], unit)}"
         return [
-            f"{of['length']:.6g} x {of['width']:.6g}, an outline of {len(of['outline'])} corners",
-            f"a concave outline of {_pieces(of['concave_outline'])}, area {of['concave_area']:.6g}",
+            ("size", f"{long(of['length'], None)} x {long(of['width'], unit)}"),
+            ("outline", f"{len(of['outline'])} corners, area {large(of['area'], unit)}"),
+            ("concave outline", concave),
         ]
 
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from ..geometry.vectors import Z_AXIS, Array, vector
 from ..primitives.sphere import Sphere
+from ..words import between
 from . import _extents
-from .values import Extents, Length, Place
+from .values import Extents, Length, Place, Row, long
 
 DIRECTIONS = 256
 """Directions that are asked where the sphere is empty."""
@@ -33,8 +34,8 @@ class SphereExtents(Extents):
 
     Attributes
     ----------
-    axis : (3,) unit vector from the centre to the middle of the cap; z of a full sphere
-    half_angle : between the axis and the rim, as seen from the centre, radians in (0, pi]; over pi / 2 the
+    axis : (3,) unit vector from the center to the middle of the cap; z of a full sphere
+    half_angle : between the axis and the rim, as seen from the center, radians in (0, pi]; over pi / 2 the
         cap is more than a hemisphere, and pi is the full sphere
     start_half_angle : of a zone, between the axis and its inner rim, the smaller opening, radians; 0 of a cap
     full_sphere : no part larger than chance explains is without points
@@ -81,14 +82,14 @@ class SphereExtents(Extents):
         return {"cap": 2.0 * math.degrees(self.half_angle)}
 
     @staticmethod
-    def words(of: Mapping[str, Any]) -> list[str]:
+    def words(of: Mapping[str, Any], unit: str | None) -> list[Row]:
         if of["full_sphere"]:
-            return ["the full sphere"]
-        end, height = math.degrees(of["half_angle"]), of["height"]
+            return [("part", "the full sphere")]
+        end, height = math.degrees(of["half_angle"]), f"height {long(of['height'], unit)}"
         if of["start_half_angle"] > 0.0:
-            start = math.degrees(of["start_half_angle"])
-            return [f"a zone from {start:.5g} to {end:.5g} degrees from its axis, height {height:.6g}"]
-        return [f"a cap of half-angle {end:.5g} degrees, height {height:.6g}"]
+            ends = between(math.degrees(of["start_half_angle"]), end, "degrees")
+            return [("part", f"a zone {ends} from its axis, {height}")]
+        return [("part", f"a cap of half-angle {end:.5g} degrees, {height}")]
 
 
 def _angle(height: float) -> float:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 from ..geometry.vectors import Array, basis, vector
 from ..primitives.torus import Torus
 from . import _extents
-from .values import Extents, arc_in_words
+from .values import Extents, Row, arc_in_words
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,5 +60,5 @@ class TorusExtents(Extents):
         return {"about the axis": math.degrees(self.span), "around the tube": math.degrees(self.tube_span)}
 
     @staticmethod
-    def words(of: Mapping[str, Any]) -> list[str]:
-        return [f"around the axis {arc_in_words(of)}", f"around the tube {arc_in_words(of, 'tube_')}"]
+    def words(of: Mapping[str, Any], unit: str | None) -> list[Row]:
+        return [("around the axis", arc_in_words(of)), ("around the tube", arc_in_words(of, "tube_"))]

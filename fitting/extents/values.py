@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Self, get_type_hints
 from ..cloud.frame import Frame
 from ..geometry.vectors import Array
 from ..plain import plain
+from ..words import figure
 
 
 def _length(value: float, frame: Frame) -> float:
@@ -26,6 +27,12 @@ def _place(value: Array, frame: Frame) -> Array:
 def _places(value: tuple[tuple[Array, ...], ...], frame: Frame) -> tuple[tuple[Array, ...], ...]:
     return tuple(tuple(_place(ring, frame) for ring in rings) for rings in value)
 
+
+Row = tuple[str, str]
+"""A label and the text beside it."""
+
+EXTENT_DIGITS = 5
+"""Digits of lengths of extents: their ends are known to about the spacing of the points."""
 
 Length = Annotated[float, _length]
 Area = Annotated[float, _area]
@@ -70,8 +77,8 @@ class Extents:
         return {}
 
     @staticmethod
-    def words(of: Mapping[str, Any]) -> list[str]:
-        """Plain values, as `values` gives them, in some lines of text."""
+    def words(of: Mapping[str, Any], unit: str | None) -> list[Row]:
+        """Plain values, as `values` gives them, as rows of text; the first is what is asked for first."""
         raise NotImplementedError
 
     def values(self) -> dict[str, Any]:
@@ -91,4 +98,14 @@ def arc_in_words(of: Mapping[str, Any], prefix: str = "") -> str:
     if of[f"{prefix}full_turn"]:
         return "a full turn"
     start, span = (math.degrees(of[f"{prefix}{name}"]) for name in ("start_angle", "span"))
-    return f"{span:.5g} degrees, from {start:.5g}"
+    return f"{span:.1f} degrees, beginning at {start:.1f}"
+
+
+def long(length: float, unit: str | None) -> str:
+    """A length of extents in words."""
+    return figure(length, unit, EXTENT_DIGITS)
+
+
+def large(area: float, unit: str | None) -> str:
+    """An area of extents in words."""
+    return figure(area, unit and f"{unit}\u00b2", EXTENT_DIGITS)

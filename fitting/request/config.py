@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InvalidOptionError
-from ..names import ANSWER_PARTS, CRITERIA, CRITERION, KINDS, SEED, Criterion, Unit
+from ..names import ANSWER_PARTS, CRITERIA, CRITERION, KINDS, SEED, UNITS, Criterion, Unit
 from ..primitives import PRIMITIVES, parameters, parameters_of
 from ..primitives.primitive import Primitive
+from ..words import as_given
 from .constraints import UNCONSTRAINED, Constraints
 from .guess import guess_of
 from .nominal import Nominal
@@ -55,8 +56,9 @@ class Config:
     initial_guess : a primitive in input units that joins the starts of its kind
     nominal : what the primitive should be, or None; the answer says how far it deviates
     form_tolerance : largest form error of the inliers allowed [length], or None
-    unit : of the points, for words only; None where it is not known
     include : which of the parts `extents` and `uncertainty` are computed and answered; the others are None
+    unit : one of `UNITS`, which stands beside lengths in words and changes nothing else; None where it is not
+        known
     """
 
     kinds: tuple[str, ...] = KINDS
@@ -80,7 +82,8 @@ class Config:
         _check_criterion(self.criterion, self.kinds)
         if self.max_error is not None and not 0.0 < number("max_error", self.max_error) <= 1.0:
             raise InvalidOptionError(
-                f"max_error is {self.max_error:g}; it is a share of the bounding-box diagonal in (0, 1]",
+                f"max_error is {as_given(self.max_error)}; "
+                "it is a share of the bounding-box diagonal in (0, 1]",
                 "max_error",
             )
         if self.tolerance is not None:
@@ -91,6 +94,8 @@ class Config:
         _check_constraints(self.constraints, self.kinds, self.criterion)
         if self.initial_guess is not None:
             _check_guess(self.initial_guess, self.kinds)
+        if self.unit not in (None, *UNITS):
+            raise InvalidOptionError(f"unit is {self.unit!r:.40}; allowed are {', '.join(UNITS)}", "unit")
 
 
 def _names(field: str, given: object, allowed: tuple[str, ...]) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from ..names import KINDS
 from ..plain import worded
 from ..primitives import is_angle, parameters_of
 from ..primitives.primitive import Primitive
+from ..words import as_given, with_unit
 from .values import Triple, direction, number, positive, triple
 
 P = TypeVar("P", bound=Primitive)
@@ -129,7 +130,7 @@ class Constraints:
     def written_into(self, primitive: P) -> P:
         """The primitive, in input units, with every fixed value as it was given.
 
-        It is there already but for the last digit: centring and scaling a position, and normalising an axis,
+        It is there already but for the last digit: centering and scaling a position, and normalizing an axis,
         round. A cylinder's or plane's `point` stays the one closest to the centroid.
         """
         exact: dict[str, Any] = {}
@@ -152,30 +153,58 @@ class Constraints:
             for name, value in self.given.items()
         }
 
+    def holding(self, primitive: Primitive, unit: str | None) -> dict[str, str]:
+        """Those that hold a primitive where it is, in words: `the radius fixed at 5 mm`, by name."""
+        found = {}
+        for name, value in self.on(primitive.kind).items():
+            if (held := _held(value, getattr(primitive, name))) is not None:
+                how, limit = held
+                towards = isinstance(value, Direction)
+                what = f"the direction of the {name}" if towards else f"the {worded(name)}"
+                told = "" if limit is None else " " + _told(limit, towards or is_angle(name), unit)
+                found[name] = f"{what} {how}{told}"
+        return found
 
-def _effect(constraint: Any, value: Any) -> str:
+
+def _told(limit: float, angle: bool, unit: str | None) -> str:
+    return with_unit(f"{math.degrees(limit):.6g}", "degrees") if angle else with_unit(f"{limit:.12g}", unit)
+
+
+def _held(constraint: Any, value: Any) -> tuple[str, float | None] | None:
+    """How a constraint holds a value, and at what number, if it is one; None if the value is free."""
     if isinstance(constraint, Range):
         if constraint.fixed:
-            return f"fixed at {constraint.low!r}"
+            return "fixed at", constraint.low
         for bound, name in ((constraint.low, "lower"), (constraint.high, "upper")):
             if abs(value - bound) <= TOUCHES * bound < math.inf:
-                return f"at its {name} bound {bound!r}"
-        return "bounds, not active"
+                return f"at its {name} bound", bound
+        return None
     if isinstance(constraint, Direction) and constraint.max_angle > 0.0:
         across = np.linalg.norm(np.cross(value, constraint.unit))
         angle = math.atan2(across, abs(value @ constraint.unit))
-        if angle >= constraint.max_angle - TOUCHES:
-            return f"at its largest angle {constraint.max_angle!r}"
-        return "largest angle, not active"
-    return "fixed"
+        return (
+            ("at its largest angle", constraint.max_angle)
+            if angle >= constraint.max_angle - TOUCHES
+            else None
+        )
+    return "fixed", None
+
+
+def _effect(constraint: Any, value: Any) -> str:
+    held = _held(constraint, value)
+    if held is None:
+        return "largest angle, not active" if isinstance(constraint, Direction) else "bounds, not active"
+    how, limit = held
+    return how if limit is None else f"{how} {limit!r}"
 
 
 def _check_range(field: str, value: Range, angle: bool) -> None:
     low, high = value.low, value.high
     if low > high:
-        raise InvalidOptionError(f"{field} has the min {low:g} over the max {high:g}", field)
+        raise InvalidOptionError(f"{field} has the min {as_given(low)} over the max {as_given(high)}", field)
     if angle and (low > LARGEST_ANGLE or high < SMALLEST_ANGLE or math.pi / 2 < high < math.inf):
-        raise angle_error(field, f"{low:g}" if value.fixed else f"from {low:g} to {high:g}")
+        found = as_given(low) if value.fixed else f"from {as_given(low)} to {as_given(high)}"
+        raise angle_error(field, found)
 
 
 def angle_error(field: str, found: str) -> InvalidOptionError:
@@ -217,8 +246,8 @@ def _direction(field: str, value: object) -> Direction:
     )
     if not 0.0 <= result.max_angle < math.pi / 2:
         raise InvalidOptionError(
-            f"{field}.max_angle is {result.max_angle:g}; it lies in [0, pi/2) radians, and beyond that "
-            "nothing is constrained",
+            f"{field}.max_angle is {as_given(result.max_angle)}; it lies in [0, pi/2) radians, "
+            "and beyond that nothing is constrained",
             f"{field}.max_angle",
         )
     return result

@@ -7,6 +7,7 @@ from ..errors import InvalidOptionError
 from ..names import KINDS
 from ..primitives import DIRECTIONS, PRIMITIVES, VECTORS, is_angle, parameters_of
 from ..primitives.primitive import Primitive
+from ..words import as_given
 from .constraints import LARGEST_ANGLE, SMALLEST_ANGLE, angle_error
 from .values import direction, positive, triple
 
@@ -44,5 +45,5 @@ def _value(name: str, value: object) -> Any:
         return triple(field, value)
     result = positive(field, value)
     if is_angle(name) and not SMALLEST_ANGLE <= result <= LARGEST_ANGLE:
-        raise angle_error(field, f"{result:g}")
+        raise angle_error(field, as_given(result))
     return result

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from ..errors import InvalidOptionError
+from ..words import as_given
 
 LARGEST = 1e100
 """Beyond this magnitude squares and products of lengths overflow, as those of coordinates do."""
@@ -22,7 +23,7 @@ def positive(field: str, value: object) -> float:
     result = number(field, value)
     if not 0.0 < result <= LARGEST:
         raise InvalidOptionError(
-            f"{field} is {result:g}; it must be positive and at most {LARGEST:.0e}", field
+            f"{field} is {as_given(result)}; it must be positive and at most {LARGEST:.0e}", field
         )
     return result
 
@@ -36,7 +37,7 @@ def triple(field: str, value: object) -> Triple:
     for each in numbers:
         if not abs(each) <= LARGEST:
             raise InvalidOptionError(
-                f"{field} holds {each:g}; finite numbers up to {LARGEST:.0e} are allowed", field
+                f"{field} holds {as_given(each)}; finite numbers up to {LARGEST:.0e} are allowed", field
             )
     return (numbers[0], numbers[1], numbers[2])
 

@@ -1,4 +1,4 @@
-"""What the parameters minimise: one finisher a criterion, from where the search ended."""
+"""What the parameters minimize: one finisher a criterion, from where the search ended."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -76,7 +76,7 @@ def cheapest_minimum(fitted: Primitive, starts: Array, trial: Trial) -> Finished
     ]
     at_rest = [each for each in refined if each.converged]
     if not at_rest:
-        return FailedFit(f"least squares on a {fitted.kind} did not come to rest in {steps} steps")
+        return FailedFit(f"the least-squares fit of a {fitted.kind} did not converge in {steps} steps")
     best = min(at_rest, key=lambda each: each.cost).primitive
     return _last_digits(best, trial, Kernel.LEAST_SQUARES)
 
@@ -137,7 +137,7 @@ def tukey(fitted: Finished, starts: Array, trial: Trial) -> Finished | FailedFit
 def _m_estimate(fitted: Finished, trial: Trial, kernel: Kernel, width: float) -> Finished | FailedFit:
     """Scale and surface in turn until both rest; least squares where points are too few to reject any.
 
-    The scale is the normalised median absolute distance, 1.4826 median |d|, at least the tolerance.
+    The scale is the normalized median absolute distance, 1.4826 median |d|, at least the tolerance.
     Source: Huber and Ronchetti, "Robust statistics", 2nd ed. 2009, sections 7.7 and 7.8; Holland and Welsch,
     "Robust regression using iteratively reweighted least-squares", Comm. Statist. A6, 1977 (tuning).
     """
@@ -153,8 +153,8 @@ def _m_estimate(fitted: Finished, trial: Trial, kernel: Kernel, width: float) ->
             primitive, cloud.points, kernel, width * scale, factors=cloud.factors, bounds=trial.bounds
         ).primitive
     return FailedFit(
-        f"scale and surface of the {kernel.name.lower()} estimate of a {trial.kind} "
-        f"did not come to rest in {MOST_ROUNDS} rounds"
+        f"the {kernel.name.lower()} estimate of a {trial.kind} and of the scale of its noise "
+        f"did not converge in {MOST_ROUNDS} rounds"
     )
 
 

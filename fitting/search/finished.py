@@ -1,4 +1,4 @@
-"""Where a criterion ends: the primitive, and what it minimises."""
+"""Where a criterion ends: the primitive, and what it minimizes."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -11,11 +11,11 @@ from ..trial.limits import moved
 
 @dataclass(frozen=True, eq=False)
 class Finished:
-    """A primitive that minimises  sum rho(d / scale)  of its kernel.
+    """A primitive that minimizes  sum rho(d / scale)  of its kernel.
 
     Attributes
     ----------
-    kernel : None where it minimises a largest value
+    kernel : None where it minimizes a largest value
     exact : it does so over the points that lie on it exactly, and no others
     """
 

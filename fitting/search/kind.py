@@ -33,10 +33,14 @@ LEAST_TURN = 1e-3
 
 @dataclass(frozen=True)
 class Fit:
-    """Where the criterion ends, and the robust fit of the kind, which is what is judged."""
+    """Where the criterion ends, and the robust fit of the kind, which is what is judged.
+
+    `unlimited`, within limits, is roughly the best surface without them, where the points are not too few.
+    """
 
     finished: Finished
     robust: Primitive
+    unlimited: Primitive | None = None
 
 
 def fit_kind(
@@ -46,16 +50,18 @@ def fit_kind(
     guess: Primitive | None = None,
     rough: Primitive | None = None,
 ) -> Fit | FailedFit:
-    """The best primitive of a kind in the normalised frame of its cloud.
+    """The best primitive of a kind in the normalized frame of its cloud.
 
     A guess, which joins the starts of its kind, is in input units. A rough surface, in that frame, is tried
     before any of them.
     """
     kind, cloud, limits = trial.kind, trial.cloud, trial.limits
     if kind not in (allowed := FITTING_KINDS.get(criterion, KINDS)):
-        return FailedFit(f"{criterion} is defined for a {' or a '.join(allowed)}, not for a {kind}")
+        return FailedFit(
+            f"the criterion {criterion} is defined for a {' or a '.join(allowed)}, not for a {kind}"
+        )
     if (count := len(cloud.working)) < trial.dof:
-        return FailedFit(f"{count} distinct points do not determine a {kind}, which takes {trial.dof}")
+        return FailedFit(f"{count} distinct points do not determine a {kind}; it takes {trial.dof}")
     bends = cloud.flat and not trial.primitive.flat
     in_one_plane = FailedFit(f"the points lie in one plane and do not determine a {kind}")
     if bends and trial.dof == trial.primitive.dof:
@@ -85,11 +91,12 @@ def _fit_limited(
     trial: Trial, limits: Limits, criterion: str, rng: np.random.Generator, extra: list[Array]
 ) -> Fit | FailedFit:
     """Within limits, about their pivot; the best surface without them joins the starts."""
-    extra = extra + _unlimited(trial, rng, extra)
-    found = _fit(trial.about_pivot, criterion, rng, extra)
+    free = _unlimited(trial, rng, extra)
+    found = _fit(trial.about_pivot, criterion, rng, extra + free)
     if isinstance(found, FailedFit):
         return found
-    return Fit(found.finished.moved(limits.pivot), moved(found.robust, limits.pivot))
+    unlimited = trial.primitive.from_row(free[0]) if free else None
+    return Fit(found.finished.moved(limits.pivot), moved(found.robust, limits.pivot), unlimited)
 
 
 def _unlimited(trial: Trial, rng: np.random.Generator, extra: Sequence[Array]) -> list[Array]:
@@ -109,7 +116,7 @@ def _fit(trial: Trial, criterion: str, rng: np.random.Generator, extra: Sequence
     view = View.of(trial)
     starts = ranked_starts(view, rng, extra)
     if not len(starts):
-        return FailedFit(f"no {trial.kind} could be started from these points")
+        return FailedFit(f"no first guess of a {trial.kind} was found from these points")
     robust = _fit_robustly(starts, view, rng)
     if isinstance(robust, FailedFit):
         return robust

@@ -1,6 +1,6 @@
 """The constraints on one kind as the compiled steps obey them, and starts that obey them too.
 
-A fixed centre, apex or point becomes the origin of the frame: the foot of the origin on an axis is then that
+A fixed center, apex or point becomes the origin of the frame: the foot of the origin on an axis is then that
 point itself, tilts turn about it, and fixing it means not to shift.
 """
 

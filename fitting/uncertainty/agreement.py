@@ -43,7 +43,7 @@ class Agreement:
     seen : (M,) mask of the points that the noise was seen on
     extent : of the cloud
     weight : (T,) probability of each
-    own : (T,) the part of the variance of a point that its neighbours do not share, over what is left over
+    own : (T,) the part of the variance of a point that its neighbors do not share, over what is left over
     rough, smooth : (T,) variances of the fields
     rough_range, smooth_range : (T,) their ranges over the extent, 0 where there is no field
     correlation : the likeliest, None where noise is likelier independent

@@ -80,4 +80,5 @@ def _findings(
         axis_95=None if direction is None else direction.radius_95,
         correlation_length=None if correlation is None else correlation.length,
         effective_points=0.0 if correlation is None else correlation.effective_points,
+        unit=optimum.trial.cloud.frame.unit,
     )

@@ -9,7 +9,7 @@ Source: Huber and Ronchetti, "Robust statistics", 2nd ed. 2009, section 7.6. Wit
 point's own pull it holds for noise that differs from point to point: White, Econometrica 48, 1980; divided by
 1 - leverage, MacKinnon and White, J. Econometrics 29, 1985 (HC2). Pairs of correlated points: Conley,
 J. Econometrics 92, 1999, here patch by patch, with the fields that explain what is left over. Each of these
-explanations has its own B; the covariance is the one whose 95 % intervals are those of their mixture.
+explanations has its own B; the covariance is the one whose 95% intervals are those of their mixture.
 """
 
 from dataclasses import dataclass, replace
@@ -69,7 +69,7 @@ class StepCovariance:
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """The linearised cost at an optimum, on points that stand for `copies` times as many.
+    """The linearized cost at an optimum, on points that stand for `copies` times as many.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ class Linear:
         return self.known(sqrt(left @ left / spare)) if spare > 0 else None
 
     def uneven(self, agreement: Agreement | None) -> StepCovariance | None:
-        """Under noise that may differ from point to point and agree between neighbours."""
+        """Under noise that may differ from point to point and agree between neighbors."""
         bread = self.bread
         if bread is None:
             return None
@@ -176,10 +176,10 @@ class Linear:
 
 
 def mixed(meats: Array, shares: Array, weights: Array, bread: Array, free: int) -> tuple[Array, float]:
-    """The covariance (k, k) whose 95 % intervals are those of a mixture, in its principal directions.
+    """The covariance (k, k) whose 95% intervals are those of a mixture, in its principal directions.
 
     One of T covariances holds, each with its probability. A mean of them would not do: an unlikely one that
-    is a thousand times as large would make every interval long, while the interval that holds 95 % of the
+    is a thousand times as large would make every interval long, while the interval that holds 95% of the
     cases hardly needs it.
 
     Parameters

@@ -1,4 +1,4 @@
-"""95 % intervals of the numbers of an answer, and of its direction and position."""
+"""95% intervals of the numbers of an answer, and of its direction and position."""
 
 from dataclasses import dataclass, replace
 from math import hypot, sqrt
@@ -17,7 +17,7 @@ from .values import Interval, Spread
 from .warnings import MOST_TURNED
 
 CURVED = 0.05
-"""Half-width of the linearised interval of a radius or half-angle, as a share of its value, from which all
+"""Half-width of the linearized interval of a radius or half-angle, as a share of its value, from which all
 numbers are profiled: a radius is one over a curvature, so the second-order term is as large a share of the
 first. The same for the tip of a cone along its axis, as a share of the height at which the points begin."""
 
@@ -26,11 +26,11 @@ HELD = 1e-9
 held."""
 
 ONE_SIDED = 0.84
-"""Quantile of a one-sided 95 % interval over that of a two-sided one (1.645 / 1.960)."""
+"""Quantile of a one-sided 95% interval over that of a two-sided one (1.645 / 1.960)."""
 
 RATIOS = np.linspace(0.0, 1.0, 11)
 CIRCLES = (1.9600, 1.9625, 1.9704, 1.9842, 2.0051, 2.0359, 2.0813, 2.1460, 2.2303, 2.3318, 2.4477)
-"""Radii of the circles that hold 95 % of a normal law in two dimensions, in its larger standard deviation, by
+"""Radii of the circles that hold 95% of a normal law in two dimensions, in its larger standard deviation, by
 the smaller over the larger one."""
 
 
@@ -49,7 +49,7 @@ class Profiles:
 
     @classmethod
     def of(cls, optimum: Optimum, steps: StepCovariance) -> Self | None:
-        """None where linearised intervals are near enough."""
+        """None where linearized intervals are near enough."""
         quantile = optimum.quantile(steps)
         if optimum.exact or not _is_curved(optimum, steps, quantile):
             return None

@@ -1,4 +1,4 @@
-"""An answer as the optimum that it is: which points it minimises what over, and which steps are free."""
+"""An answer as the optimum that it is: which points it minimizes what over, and which steps are free."""
 
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -24,7 +24,7 @@ from .agreement import Agreement
 from .covariance import Cost, Linear, StepCovariance
 
 UNEVEN = 200
-"""Points from which noise that differs from point to point, or agrees between neighbours, can be told."""
+"""Points from which noise that differs from point to point, or agrees between neighbors, can be told."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +81,11 @@ class Optimum:
     ----------
     primitive, row : in its canonical sign, and the nine numbers that steps change
     trial : kind, cloud and limits
-    cost : what it minimises, over working points or the exact ones among them
+    cost : what it minimizes, over working points or the exact ones among them
     inlier : mask of those points that were not rejected
     exact : the points lie on it within their rounding
     agreement : of the noise of its points, None where it was not looked for
-    full, linear : the linearised cost in all directions, and in those that no limit holds
+    full, linear : the linearized cost in all directions, and in those that no limit holds
     """
 
     primitive: Primitive
@@ -157,7 +157,7 @@ class Optimum:
         return self.covariance(self.full.within(free))
 
     def quantile(self, steps: StepCovariance) -> float:
-        """Half of a 95 % interval in standard deviations: Student's t, as the noise is estimated."""
+        """Half of a 95% interval in standard deviations: Student's t, as the noise is estimated."""
         return half_interval(None if self.exact else max(steps.estimates - self.dof, 1.0))
 
     @property

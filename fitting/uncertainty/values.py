@@ -13,15 +13,15 @@ Method = Literal["linear", "profile", "held", "bound"]
 
 @dataclass(frozen=True)
 class Interval:
-    """A 95 % interval of one number, in the unit of the input or in radians.
+    """A 95% interval of one number, in the unit of the input or in radians.
 
     Attributes
     ----------
     low, high : None where the points do not bound it
-    standard_deviation : by linearisation
-    method : `linear`: symmetric; `profile`: how far a number may go, the others following, before the points
-        object: before the cost rises as much; `held`: by constraints; `bound`: a constraint is active, and
-        the interval reaches from it as far as the points would let it go (one-sided)
+    standard_deviation : by linearization
+    method : `linear`: symmetric; `profile`: how far the number may go, the others adapting, until the points
+        contradict it (the cost rises by as much); `held`: by constraints; `bound`: a constraint is active,
+        and the interval reaches from it as far as the points would let it go (one-sided)
     """
 
     low: float | None
@@ -46,7 +46,7 @@ class Spread:
 
 @dataclass(frozen=True)
 class CorrelatedNoise:
-    """Noise that neighbours share: its correlation at distance h is `share` times exp(-(h / length)^power).
+    """Noise that neighbors share: its correlation at distance h is `share` times exp(-(h / length)^power).
 
     Attributes
     ----------

@@ -1,5 +1,6 @@
 """What to beware of in an answer, in words with the figures in them."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -7,7 +8,8 @@ from typing import Literal
 import numpy as np
 
 from ..plain import worded
-from ..primitives import direction_of
+from ..primitives import direction_of, is_angle
+from ..words import between, digits, figure, sentences
 
 WarningCode = Literal[
     "minimal_sample",
@@ -24,13 +26,13 @@ SHORT_ARC, HALF_TURN = 60.0, 180.0
 """Degrees of arc below which a curved surface is weakly determined, and below which one side is missing."""
 
 WEAK_AXIS = np.radians(2.0)
-"""Half-width of the 95 % cone about an axis or normal [rad] beyond which it is weakly determined."""
+"""Half-width of the 95% cone about an axis or normal [rad] beyond which it is weakly determined."""
 
 MOST_TURNED = float(np.pi / 2)
 """Largest half-width of that cone: an axis or normal that is a right angle off is not determined."""
 
 WEAK_SIZE = 0.1
-"""Half-width of the 95 % interval of a radius or half-angle beyond which it is, as a share of its value."""
+"""Half-width of the 95% interval of a radius or half-angle beyond which it is, as a share of its value."""
 
 Ends = tuple[float | None, float | None]
 
@@ -54,9 +56,10 @@ class Findings:
     determined : the points leave none of its numbers open
     few : fewer than are needed to reject any of them
     arcs : degrees that they cover, by how they are counted
-    sizes : 95 % intervals of the sizes that are not held, with the values between their ends
+    sizes : 95% intervals of the sizes that are not held, with the values between their ends
     axis_95 : half-width of the cone about the axis [rad], or None
     correlation_length, effective_points : of correlated noise, or None
+    unit : name of the unit of length, where one is known
     """
 
     kind: str
@@ -69,76 +72,72 @@ class Findings:
     axis_95: float | None
     correlation_length: float | None
     effective_points: float
+    unit: str | None
 
 
 def warnings_of(found: Findings) -> tuple[Warning, ...]:
     """All that apply, the gravest first."""
-    return (
-        *_points(found),
-        *_arcs(found),
-        *_sizes(found),
-        *_axis(found),
-        *_correlation(found),
-    )
+    told = (*_points(found), *_arcs(found), *_sizes(found), *_axis(found), *_correlation(found))
+    return tuple(Warning(code, sentences(clause)) for code, clause in told)
 
 
-def _points(found: Findings) -> Iterator[Warning]:
+Told = Iterator[tuple[WarningCode, str]]
+"""Codes and clauses."""
+
+
+def _points(found: Findings) -> Told:
     if found.n_points <= found.dof:
-        message = (
-            f"{found.n_points} points determine the {found.kind} and leave none to tell the noise from: "
-            "nothing is known of its uncertainty"
-        )
-        yield Warning("minimal_sample", message)
+        none_left = "leave none to estimate the noise from, so its uncertainty is unknown"
+        yield "minimal_sample", f"{found.n_points} points determine the {found.kind} and {none_left}"
     elif not found.determined:
-        yield Warning(
-            "undetermined", f"the points leave the {found.kind} open: its numbers have no intervals"
-        )
+        simpler = "a simpler kind explains them as well, so there are no intervals"
+        yield "undetermined", f"the points do not determine all parameters of the {found.kind}: {simpler}"
     elif found.few:
-        message = (
-            f"{found.n_points} points for {found.dof} parameters: the noise is estimated from "
-            f"{found.n_points - found.dof} degrees of freedom, and no point is rejected as an outlier"
-        )
-        yield Warning("few_points", message)
+        left = f"the noise is estimated from {found.n_points - found.dof} degrees of freedom"
+        counted = f"there are {found.n_points} points for {found.dof} free parameters"
+        yield "few_points", f"{counted}: {left}, and no point is rejected as an outlier"
 
 
-def _arcs(found: Findings) -> Iterator[Warning]:
+def _arcs(found: Findings) -> Told:
     for counted, degrees in found.arcs.items():
         where = "a cap" if counted == "cap" else "an arc"
-        seen = f"the points cover {where} of {degrees:.0f} degrees"
-        seen += "" if counted == "cap" else f" {counted}"
+        seen = f"the points cover {where} of {degrees:.0f} degrees" + (
+            "" if counted == "cap" else f" {counted}"
+        )
         if degrees < SHORT_ARC:
-            told = "; ".join(f"{worded(name)} {_range(ends)}" for name, (_, ends) in found.sizes.items())
-            weakly = "its curvature there is weakly determined"
-            yield Warning("short_arc", f"{seen}: {weakly}" + (f" ({told})" if told else ""))
+            known = [f"{worded(name)} {_range(name, found)}" for name in found.sizes]
+            told = f" ({', '.join(known)})" if known else ""
+            yield "short_arc", f"{seen} only, so the curvature is weakly determined{told}"
         elif degrees < HALF_TURN:
-            yield Warning("one_sided", f"{seen}: its sizes and its position depend on each other")
+            yield "one_sided", f"{seen} only, so errors of size and position go together"
 
 
-def _sizes(found: Findings) -> Iterator[Warning]:
+def _sizes(found: Findings) -> Told:
     for name, (value, (low, high)) in found.sizes.items():
         if low is None or high is None or max(high - value, value - low) > WEAK_SIZE * value:
-            yield Warning("weak_size", f"the {worded(name)} is weakly determined: {_range((low, high))}")
+            yield "weak_size", f"the {worded(name)} is weakly determined: {_range(name, found)}"
 
 
-def _axis(found: Findings) -> Iterator[Warning]:
+def _axis(found: Findings) -> Told:
     if found.axis_95 is not None and found.axis_95 > WEAK_AXIS:
-        name = direction_of(found.kind)
-        within = f"known to within {np.degrees(found.axis_95):.2g} degrees only"
+        within = f"known to within {digits(float(np.degrees(found.axis_95)), 2)} degrees only"
         told = "not determined" if found.axis_95 >= MOST_TURNED else within
-        yield Warning("weak_axis", f"the {name} is {told}")
+        yield "weak_axis", f"the {direction_of(found.kind)} is {told}"
 
 
-def _correlation(found: Findings) -> Iterator[Warning]:
+def _correlation(found: Findings) -> Told:
     if found.correlation_length is not None:
-        message = (
-            f"the noise of neighbours agrees over about {found.correlation_length:.3g}: {found.n_points:,} "
-            f"points tell as much as {found.effective_points:,.0f} with independent noise"
+        span = figure(found.correlation_length, found.unit)
+        equal = (
+            f"{found.n_points:,} points tell as much as {found.effective_points:,.0f} with independent noise"
         )
-        yield Warning("correlated_noise", message)
+        yield "correlated_noise", f"neighbors share their noise over about {span}: {equal}"
 
 
-def _range(ends: Ends) -> str:
-    low, high = ends
-    if low is None:
-        return "not bounded at all" if high is None else f"at most {high:.3g}"
-    return f"at least {low:.3g}" if high is None else f"{low:.3g} to {high:.3g}"
+def _range(name: str, found: Findings) -> str:
+    """The interval of a size, of an angle in degrees."""
+    ends = found.sizes[name][1]
+    if is_angle(name):
+        low, high = (None if end is None else math.degrees(end) for end in ends)
+        return between(low, high, "degrees")
+    return between(*ends, found.unit)

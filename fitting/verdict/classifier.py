@@ -15,7 +15,7 @@ class Classifier(Protocol):
 
         Parameters
         ----------
-        points : (N, 3) in the normalised frame (centroid near 0, extent near 1)
+        points : (N, 3) in the normalized frame (centroid near 0, extent near 1)
         normals : (N, 3) unit normals of those points, signs arbitrary
         """
         ...

@@ -31,11 +31,11 @@ OUTLIERS = 0.05
 
 EXACT_REACH = 0.05
 """Beside exact points no other is an outlier up to this share of the extent: it is a deformation. Beyond,
-others may be a surface of their own: nearer ones are about its edges, where neighbours are on both."""
+others may be a surface of their own: nearer ones are about its edges, where neighbors are on both."""
 
 FLAT = 0.4
-"""A rejected point lies on a surface where it and its neighbours scatter about their plane by less than this
-share of what they scatter in its narrower direction; of points in space 3 % do."""
+"""A rejected point lies on a surface where it and its neighbors scatter about their plane by less than this
+share of what they scatter in its narrower direction; of points in space 3% do."""
 
 QUIET = 1e-4
 """Noise, over the extent, up to which points are asked whether they lie on curves."""
@@ -43,7 +43,7 @@ QUIET = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What a primitive leaves over of a cloud, in the normalised frame.
+    """What a primitive leaves over of a cloud, in the normalized frame.
 
     Attributes
     ----------
@@ -271,7 +271,7 @@ def _on_curves(primitive: Primitive, cloud: Cloud, near: np.ndarray, noise_scale
 
 
 def _on_surfaces(points: Array) -> int:
-    """How many of the points (N, 3) lie on a surface with their neighbours among them."""
+    """How many of the points (N, 3) lie on a surface with their neighbors among them."""
     if len(points) < 2 * NEIGHBOURS:
         return 0
     _, scatter, breadth = local_planes(points, Halved.of(points), at=points)

@@ -6,10 +6,12 @@ from typing import Literal
 
 import numpy as np
 
+from ..cloud.cloud import Cloud
 from ..fields.fields import PRIOR, Explanations
 from ..geometry.vectors import Array
 from ..names import KINDS
 from ..primitives import PRIMITIVES
+from ..words import as_given, digits, part, percent, unlike
 from .evidence import Evidence
 
 Status = Literal["fitted", "ambiguous", "no_fit"]
@@ -56,11 +58,11 @@ class Claim:
     ----------
     evidence : what its best surface leaves over
     prior : logarithm of its probability before that
-    refusal : why it can't be, whatever the others are, or nothing
+    refusal : why it can't be, whatever the others are, as a clause, or nothing
     settled : it is accepted as it is; only simpler kinds that it nearly is are asked
     odds : logarithm of its probability, up to a constant that all kinds share
     foreign : the same of another shape near its surface
-    words : about the points and its surface, in input units
+    words : a clause about the points and its surface, in input units
     """
 
     evidence: Evidence
@@ -87,12 +89,16 @@ class Claim:
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What the cloud is: the best claim, the others that are as good, and the sentence that says why."""
+    """What the cloud is: the best claim, and the others that are as good.
+
+    `reason` is a clause that says why, about the surface of the claim `about`, which mostly is the best one.
+    """
 
     status: Status
     best: Claim
     rivals: tuple[Claim, ...]
     reason: str
+    about: Claim
 
 
 def prior_of(probability: float | None) -> float:
@@ -141,15 +147,18 @@ def claim(evidence: Evidence, probability: float | None, mean_error: float, ques
         return _as_told(found, question.tolerance)
     scattered = evidence.noise_scale > 2.0 * SCATTER * cloud.extent
     if 0.0 < evidence.exact_share <= PART and scattered and not refusal:
-        return replace(found, refusal=f"{found.words}, which is no surface")
+        return replace(found, refusal=_volume(found.words))
     return found
 
 
 def _by_threshold(found: Claim, mean: float, max_error: float, counts_all: bool) -> Claim:
     """The claim as the caller's threshold has it: within it nothing else is asked."""
-    within = mean <= max_error
-    relation = "is within" if within else "exceeds"
-    words = f"mean error {mean:.2e} of the diagonal {relation} max_error {max_error:.2e}"
+    within, cloud = mean <= max_error, found.evidence.cloud
+    distance, share = cloud.frame.told(mean * cloud.diagonal), unlike(mean, max_error)[0]
+    words = (
+        f"the points lie {distance} from the {found.kind} on average; that is {share} of the diagonal of "
+        f"their bounding box, {'within' if within else 'over'} max_error ({as_given(max_error)})"
+    )
     refusal = ("" if counts_all else found.refusal) or ("" if within else words)
     return replace(found, refusal=refusal, settled=within, foreign=-np.inf, words=words)
 
@@ -159,18 +168,20 @@ def _as_told(found: Claim, tolerance: float) -> Claim:
     words = found.words
     if found.refusal or found.foreign > found.odds:
         why = found.refusal or _off(found.evidence.explained, found.evidence, tolerance)
-        words = f"the only kind allowed, though {why}"
+        words = f"{why}; the {found.kind} is answered as the only kind allowed"
     return replace(found, refusal="", settled=True, foreign=-np.inf, words=words)
 
 
 def _too_few(evidence: Evidence, n_points: int, only: bool) -> str:
     """Why the points are too few to tell, or nothing."""
+    kind = evidence.primitive.kind
     if only:
         return ""
     if n_points == evidence.free:
-        return f"{n_points} points determine it exactly and leave none to check it with"
+        return f"{n_points} points determine a {kind} and leave none to check it with"
     if not evidence.exact.any() and n_points < 2 * evidence.free:
-        return f"{n_points} points that do not lie on it are too few to check it with"
+        least = f"{2 * evidence.free} are needed where they do not lie on it exactly"
+        return f"{n_points} points are too few to check a {kind} with: {least}"
     return ""
 
 
@@ -179,40 +190,46 @@ def _several(evidence: Evidence, n_points: int) -> str:
     kind, share = evidence.primitive.kind, evidence.inlier_share
     least = min(PART + evidence.free / n_points, 1.0)
     if share < least:
-        return f"only {share:.0%} of the points are near the {kind} (at least {least:.0%})"
+        near, needed = unlike(share, least, percent)
+        return f"only {near} of the points lie near the {kind}, and at least {needed} must"
     second = evidence.second_surface
     if second > PART:
-        far = f"{second:.0%} of the points are far from the {kind} and form a surface of their own"
-        return f"{far} (at most {PART:.0%})"
+        far, most = unlike(second, PART, percent)
+        return f"{far} of the points form a second surface, away from the {kind}, and at most {most} may"
     return ""
 
 
 def _words(evidence: Evidence) -> str:
     """What the points are like about the surface, in input units."""
     cloud, kind = evidence.cloud, evidence.primitive.kind
-    unit = cloud.frame.scale
     if evidence.exact.all():
-        return "every point lies on it within the rounding of the coordinates"
-    scatter = f"scatter by {unit * evidence.noise_scale:.3g} about the {kind}"
+        return f"every point lies on the {kind} within the rounding of the coordinates"
+    scatter = f"scatter by {cloud.frame.told(evidence.noise_scale)} about"
     if evidence.exact.any():
-        return f"{evidence.exact_share:.0%} of the points lie on it exactly; the others {scatter}"
-    if evidence.explained is None:
-        return f"the points {scatter}"
-    best, explained = evidence.explained.likeliest, evidence.explained
-    rough, smooth = unit * explained.rough[best], unit * explained.smooth[best]
-    said = [f"the points {scatter}"]
-    if rough > 0.0:
-        span = unit * cloud.extent * explained.rough_range[best]
-        said.append(f"neighbours share a deviation of {rough:.3g} over {span:.3g}")
-    if smooth > 0.0:
-        span, noise = unit * cloud.extent * explained.smooth_range[best], unit * explained.white[best]
-        said.append(
-            f"they deviate smoothly by {smooth:.3g} over {span:.3g}, {smooth / noise:.2g} times their noise"
+        return (
+            f"{part(evidence.exact_share)} of the points lie on the {kind} exactly; the others {scatter} it"
         )
-    if len(said) == 1:
-        said.append("and show no pattern")
-        return " ".join(said)
-    return ", ".join(said)
+    explained = evidence.explained
+    if explained is None:
+        return f"the points {scatter} the {kind}"
+    best = explained.likeliest
+    patterns = []
+    if explained.rough[best] > 0.0:
+        size = cloud.frame.told(explained.rough[best])
+        span = cloud.frame.told(cloud.extent * explained.rough_range[best])
+        patterns.append(f"neighbors share a deviation of {size} over {span}")
+    if explained.smooth[best] > 0.0:
+        patterns.append(f"they deviate smoothly from it {_smooth(explained, best, cloud)}")
+    if not patterns:
+        return f"the points {scatter} the {kind} and show no pattern"
+    return f"the points {scatter} the {kind}; {', and '.join(patterns)}"
+
+
+def _smooth(explained: Explanations, which: int, cloud: Cloud) -> str:
+    """The size and range of a smooth deviation, and how large it is beside the noise of a point."""
+    told, ratio = cloud.frame.told, explained.smooth[which] / explained.white[which]
+    span = told(cloud.extent * explained.smooth_range[which])
+    return f"by {told(explained.smooth[which])} over {span}, {digits(ratio, 2)} times their noise"
 
 
 def likelier(a: Claim, b: Claim) -> bool:
@@ -253,18 +270,18 @@ def decide(claims: list[Claim], tolerance: float) -> Decision:
     possible = [each for each in claims if not each.refusal]
     if not possible:
         best = max(claims, key=lambda each: each.standing)
-        return Decision("no_fit", best, (), best.refusal)
+        return Decision("no_fit", best, (), best.refusal, best)
     likeliest = best_of(possible)
-    foreign, why = _foreign(likeliest, claims, tolerance)
+    foreign, why, about = _foreign(likeliest, claims, tolerance)
     if foreign > likeliest.odds:
-        return Decision("no_fit", likeliest, (), why)
+        return Decision("no_fit", likeliest, (), why, about)
     same = _the_same(likeliest, possible, tolerance)
     best = min(same, key=lambda each: each.dof, default=likeliest)
     others = sorted(
         (each for each in possible if each not in (likeliest, *same)), key=lambda each: -each.odds
     )
     rivals = tuple(each for each in others if _as_likely(each, likeliest))
-    return Decision("ambiguous" if rivals else "fitted", best, rivals, best.words)
+    return Decision("ambiguous" if rivals else "fitted", best, rivals, best.words, best)
 
 
 def _the_same(likeliest: Claim, possible: list[Claim], tolerance: float) -> list[Claim]:
@@ -287,17 +304,21 @@ def _as_likely(other: Claim, best: Claim) -> bool:
     return not (one.exact.any() or two.exact.any()) and best.odds - other.odds < DECIDED
 
 
-def _foreign(best: Claim, claims: list[Claim], tolerance: float) -> tuple[float, str]:
+def _foreign(best: Claim, claims: list[Claim], tolerance: float) -> tuple[float, str, Claim]:
     """How likely it is that none of the kinds is right, in the unit of the odds of the best claim, and why.
+
+    Why is a clause about the surface of the claim that comes third.
 
     Beside what each kind's patches say of another shape near it, whether the points deviate smoothly from the
     best kind as a function of one of its coordinates alone.
     """
     if best.settled or best.evidence.exact.any():
-        return -np.inf, ""
+        return -np.inf, "", best
     other = max(claims, key=lambda each: each.foreign)
-    near = (other.foreign, other.refusal or _off(other.evidence.explained, other.evidence, tolerance))
-    return max([near, *_foreign_along(best, tolerance)])
+    about = best if best.foreign > best.odds else other
+    why = about.refusal or _off(about.evidence.explained, about.evidence, tolerance)
+    along = ((odds, said, best) for odds, said in _foreign_along(best, tolerance))
+    return max([(other.foreign, why, about), *along], key=lambda found: found[0])
 
 
 def _foreign_along(best: Claim, tolerance: float) -> list[tuple[float, str]]:
@@ -315,19 +336,22 @@ def _off(explained: Explanations | None, evidence: Evidence, tolerance: float) -
     if explained is None:
         return _words(evidence)
     kind, cloud = evidence.primitive.kind, evidence.cloud
-    unit = cloud.frame.scale
     wrong = ~bearable(explained, evidence, tolerance)
     worst = int(np.argmax(np.where(wrong, explained.log_evidence, -np.inf)))
-    white, smooth, span = explained.white[worst], explained.smooth[worst], explained.smooth_range[worst]
-    if smooth > max(white, FORM * cloud.extent):
-        deviation = f"by {unit * smooth:.3g} over {unit * cloud.extent * span:.3g}"
-        return (
-            f"the shape is systematically off: the points deviate smoothly from the {kind} {deviation}, "
-            f"{smooth / white:.2g} times their noise"
-        )
+    white = explained.white[worst]
+    if explained.smooth[worst] > max(white, FORM * cloud.extent):
+        deviation = f"smoothly {_smooth(explained, worst, cloud)}"
+        return f"the points deviate systematically from the {kind}, {deviation}"
     if explained.hidden > 2.0 * white:
-        return f"the shape is systematically off: the points deviate from the {kind} within short distances"
-    return f"the points scatter by {unit * evidence.noise_scale:.3g} about the {kind}: that is no surface"
+        deviation = f"by {cloud.frame.told(explained.hidden)} within short distances"
+        return f"the points deviate systematically from the {kind}, {deviation}"
+    scatter = cloud.frame.told(evidence.noise_scale)
+    return _volume(f"the points scatter by {scatter} about the {kind}")
+
+
+def _volume(said: str) -> str:
+    """What is said about points, and that so much scatter is no surface."""
+    return f"{said}: they fill a volume rather than lie on a surface"
 
 
 def may_overtake(

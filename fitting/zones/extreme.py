@@ -138,8 +138,8 @@ def maximum_inscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
     if inscribed:
         return max(inscribed, key=lambda end: float(end.row()[8]))
     return FailedFit(
-        f"the points do not enclose the {direction_of(start.kind) or 'centre'} of a {start.kind}: "
-        "an inscribed one grows without limit, or did not come to rest"
+        f"the points do not enclose the {direction_of(start.kind) or 'center'} of a {start.kind}: "
+        "an inscribed one grows without limit, or the search for it did not converge"
     )
 
 
@@ -161,8 +161,8 @@ class End:
         if self.is_proven:
             return self.primitive
         kind, limit = self.primitive.kind, self._limit(cloud)
-        why = f", where the {kind} can hardly be told from a {limit}" if limit else ""
-        return FailedFit(f"the steps to the {what} of a {kind} did not come to rest{why}")
+        why = f": where the points are it is hardly different from a {limit}" if limit else ""
+        return FailedFit(f"the search for the {what} of a {kind} did not converge{why}")
 
     def _limit(self, cloud: Cloud) -> str:
         """The simpler kind that the surface almost is where the points are, or nothing."""

@@ -84,9 +84,9 @@ def test_the_command_line_gives_the_body_and_says_the_same_in_words(answered: Re
     assert json.loads(result.stdout) == _posted(CSV.read_bytes(), "text/csv")
     shown = _run("fit", CSV).stdout
     for other in answered.alternatives:
-        assert f"{other.primitive.kind}, with 95 % intervals" in shown
-    assert shown.count("rms of the inliers") == 5
-    assert "neighbouring points share a deviation of 0.004 over 0.35" in shown
+        assert f"{other.primitive.kind}, with 95% intervals" in shown
+    assert shown.count("\ninliers ") == shown.count("\nform error ") == 5
+    assert "neighboring points share a deviation of 0.00400 over 0.350" in shown
     assert "evidence" in shown
 
 

@@ -144,7 +144,7 @@ def test_a_sphere_does_not_fit_a_cylinder(sigma: float) -> None:
     answer = recognize(noisy(EXAMPLES["cylinder"], 800, sigma), Config(kinds=("sphere",)))
     assert answer.status == "no_fit"
     assert answer.primitive is not None and answer.primitive.kind == "sphere"
-    assert "systematically off" in answer.message
+    assert "deviate systematically from the sphere" in answer.message
 
 
 def test_a_cone_of_a_cylinder_is_called_a_cylinder() -> None:

@@ -1,7 +1,7 @@
 """`primfit fit`: the clouds in a few files, their answers on standard output."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,8 +15,6 @@ from ..status import EXIT, complain, worst
 if TYPE_CHECKING:
     from ..artifacts import Artifacts
 
-UNWRAPPED = 10_000
-"""Columns that the longest line fits into."""
 TO_WRITE = "Files to write (of one FILE)"
 
 
@@ -126,8 +124,8 @@ def _statuses(
     """The exit status of each answer, which is written before the next one is made."""
     from ...engine.answer import to_json
     from ..files import Problem
+    from ..render import show
 
-    show = _show()
     formats = () if artifacts is None else tuple(artifacts.files)
     for name, item, found in _answers(files, options, labels, formats):
         if isinstance(found, Problem):
@@ -144,30 +142,6 @@ def _statuses(
         yield EXIT[answer["status"]]
         if artifacts is not None:
             yield artifacts.write(fitted)
-
-
-def _show() -> Callable[[str, dict[str, Any]], None]:
-    """Prints an answer for people.
-
-    Where it goes into a file or a pipe, no line is wrapped and none ends in blanks.
-    """
-    from rich.console import Console
-
-    from ..render import render
-
-    console = Console(highlight=False)
-    if console.is_terminal:
-        return lambda name, answer: console.print(render(name, answer))
-    console.width = UNWRAPPED
-
-    def show(name: str, answer: dict[str, Any]) -> None:
-        with console.capture() as text:
-            console.print(render(name, answer))
-        for line in text.get().splitlines():
-            print(line.rstrip())
-        sys.stdout.flush()
-
-    return show
 
 
 def _answers(

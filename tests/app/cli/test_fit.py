@@ -45,9 +45,17 @@ def clouds(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_readable_answer_shows_parameters_and_trail(clouds: Path) -> None:
     result = run("fit", clouds / "cylinder.csv")
     assert result.exit_code == 0
-    assert "fitted  cylinder: " in result.stdout
-    assert "radius" in result.stdout and "2.5" in result.stdout
+    lines = result.stdout.splitlines()
+    assert result.stdout.count("unit not given") == 1
+    shown = [line for line in lines if line.startswith(("kind ", "diameter ", "radius ", "fitted "))]
+    assert [line.split()[1] for line in shown] == ["cylinder,", "5", "2.5", "Every"]
     assert "tried" in result.stdout and "accepted" in result.stdout
+
+
+def test_what_is_piped_has_no_trailing_blanks(clouds: Path) -> None:
+    text = run("fit", clouds / "cylinder.csv", clouds / "filled.npy").stdout
+    assert text and not [line for line in text.splitlines() if line != line.rstrip()]
+    assert max(map(len, text.splitlines())) <= 80 + len(str(clouds))
 
 
 def test_json_is_one_object_a_line_and_nothing_else(clouds: Path) -> None:
@@ -207,16 +215,18 @@ def test_render_covers_every_status() -> None:
     """Built by hand: an ambiguous answer, and a no_fit where every attempt failed."""
     sphere = {"kind": "sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}
     cone = {"kind": "cone", "apex": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "half_angle": np.pi / 6}
-    receipt = {"n_points": 6, "format": "csv", "columns": ["x", "y", "z"]}
-    lengths = dict.fromkeys(("rms", "mean", "p95", "max", "zone", "inlier_rms"), 0.1)
+    receipt = {"n_points": 6, "format": "csv", "columns": ["x", "y", "z"], "unit": "mm"}
+    lengths = dict.fromkeys(("rms", "mean", "p95", "max", "zone", "inlier_rms", "inlier_share"), 0.1)
     cone |= {"error": lengths, "extents": None, "uncertainty": None, "evidence": -0.5}
     failed = {"kind": "cone", "probability": None, "outcome": "failed", "reason": "too few", "error": None}
     failed |= {"evidence": None}
     body = {"primitive": sphere, "alternatives": [cone], "message": "both", "error": None, "receipt": receipt}
     body |= {"active_constraints": {"radius": "fixed at 2.0"}, "extents": None, "uncertainty": None}
     ambiguous = _text(body | {"status": "ambiguous", "attempts": []})
-    assert "ambiguous  both" in ambiguous and "or" in ambiguous and "30 degrees" in ambiguous
-    assert "rms of the inliers 0.1" in ambiguous and "evidence" in ambiguous
+    assert "ambiguous        both" in ambiguous and "or" in ambiguous and "30 degrees" in ambiguous
+    assert "1 of 6, rms 0.100 mm" in ambiguous and "evidence" in ambiguous and "in mm" in ambiguous
+    unknown = body | {"status": "ambiguous", "attempts": [], "receipt": receipt | {"unit": None}}
+    assert _text(unknown).count("unit not given") == 1 and "mm" not in _text(unknown)
     nothing = body | {"status": "no_fit", "primitive": None, "alternatives": [], "attempts": [failed]}
     assert "no fit" in _text(nothing) and "too few" in _text(nothing)
 

@@ -1,6 +1,7 @@
 """What an answer looks like when it is printed, and as plain values."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -9,28 +10,69 @@ from primfit.fitting.answer.summary import summary
 from primfit.fitting.primitives import parameters
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
+from primfit.fitting.request.constraints import Constraints
 from tests.fitting.by_hand import ambiguous
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 
 
 @pytest.mark.parametrize("kind", EXAMPLES)
 def test_a_print_shows_every_parameter_with_its_interval(kind: str) -> None:
-    recognition = recognize(noisy(EXAMPLES[kind], 300, 0.01), Config(kinds=(kind,)))
+    recognition = recognize(noisy(EXAMPLES[kind], 300, 0.01), Config(kinds=(kind,), unit="mm"))
     lines = str(recognition).splitlines()
-    assert lines[0] == f"fitted  {recognition.message}"
-    assert lines[1] == f"kind          {kind}, with 95 % intervals"
-    assert lines[-1] == f"tried         {kind} (accepted)"
+    assert lines[0] == f"kind             {kind}, with 95% intervals"
+    assert f"fitted           {recognition.message}" in lines
+    assert lines[-1] == f"tried            {kind} (accepted)"
     text = "\n".join(lines)
     for name, value in recognition.to_dict()["primitive"].items():
-        if name != "kind":
-            numbers = value if isinstance(value, list) else [value]
-            assert all(f"{number:.9g}" in text for number in numbers), name
+        if isinstance(value, list):
+            assert all(f"{number:.9g}" in text for number in value), name
     intervals = recognition.to_dict()["uncertainty"]["intervals"]
-    assert text.count("±") == len(intervals) + sum(
-        name in text for name in ("axis  ", "normal  ", "position")
-    )
-    assert max(map(len, lines[1:])) <= 80
+    others = ("\naxis  ", "\nnormal  ", "position", "diameter  ")
+    assert text.count("±") == len(intervals) + sum(name in text for name in others)
+    assert max(len(line) for line in lines if recognition.message not in line) <= 80
     assert repr(recognition) == f"<Recognition: fitted, {kind}, 300 points>"
+
+
+@pytest.mark.parametrize("kind", EXAMPLES)
+def test_the_headline_says_what_one_looks_for_first(kind: str) -> None:
+    recognition = recognize(noisy(EXAMPLES[kind], 300, 0.01), Config(kinds=(kind,), unit="mm"))
+    error, truth = recognition.error, parameters(EXAMPLES[kind])
+    assert error is not None and recognition.uncertainty is not None
+    rows = str(recognition).split("\nfitted ")[0].splitlines()
+    said = {line[:17].strip(): line[17:] for line in rows}
+    for name, interval in recognition.uncertainty.intervals.items():
+        if name in truth:
+            label = name.replace("half_angle", "half-angle").replace("_", " ")
+            value, half = said[label].split(" ± ")
+            scale = 180.0 / np.pi if label == "half-angle" else 1.0
+            assert abs(float(value) - scale * truth[name]) < 2.0 * float(half.split()[0])  # type: ignore[operator]
+            wide = scale * (interval.high - interval.low) / 2.0  # type: ignore[operator]
+            assert float(half.split()[0]) == pytest.approx(wide, rel=0.1)
+    assert ("diameter" in said) == ("radius" in said) == ("radius" in truth)
+    assert said["form error"] == f"{error.zone:#.3g} mm, over all points"
+    assert said["inliers"] == f"all 300, rms {error.inlier_rms:#.3g} mm"
+    shown = {"plane": "size", "sphere": "part", "torus": "around the axis"}.get(kind, "length")
+    assert shown in said
+
+
+def test_the_diameter_is_twice_the_radius_with_twice_its_interval() -> None:
+    lines = str(recognize(noisy(EXAMPLES["cylinder"], 300, 0.01), Config(kinds=("cylinder",)))).splitlines()
+    shown = {line.split()[0]: line.split()[1:] for line in lines[1:3]}
+    assert float(shown["diameter"][0]) == pytest.approx(2.0 * float(shown["radius"][0]), abs=2e-4)
+    assert float(shown["diameter"][2]) == pytest.approx(2.0 * float(shown["radius"][2]), rel=0.1)
+
+
+def test_outliers_are_counted_and_points_of_no_weight_are_not() -> None:
+    points = noisy(EXAMPLES["sphere"], 400, 0.01)
+    points[:20] += 5.0
+    recognition = recognize(points, Config(kinds=("sphere",)))
+    assert "\ninliers          380 of 400, rms 0.0" in str(recognition)
+    assert ", over all points, outliers included\n" in str(recognition)
+    receipt = {"n_points": 500, "weights_sha256": "abc", "unit": None}
+    assert "\ninliers          95% of the points, rms 0.0" in summary(
+        recognition.to_dict() | {"receipt": receipt}
+    )
+    assert "\ninliers          95% of the points, rms 0.0" in summary(recognition.to_dict())
 
 
 def test_a_short_arc_is_shown_by_its_ends_and_what_is_held_without() -> None:
@@ -39,9 +81,18 @@ def test_a_short_arc_is_shown_by_its_ends_and_what_is_held_without() -> None:
     arc = EXAMPLES["cylinder"].surface(rng.uniform(0.0, 0.5, 200), rng.uniform(0.0, 2.0, 200))
     arc += rng.normal(0.0, 0.005, arc.shape)
     text = str(recognize(arc, Config(kinds=("cylinder",), criterion="least_squares")))
-    ends = next(line.split() for line in text.splitlines() if line.startswith("radius"))
-    assert ends[3] == "to" and float(ends[2]) < float(ends[1]) < float(ends[4])
-    assert "\nwarning       the points cover an arc of " in text
+    for label in ("diameter", "radius"):
+        line = next(line for line in text.splitlines() if line.startswith(label))
+        value, low, high = map(float, re.fullmatch(r"\w+ +(.*) \((.*) to (.*)\)", line).groups())  # type: ignore[union-attr]
+        assert low < value < high
+    assert "\nwarning          The points cover an arc of " in text
+
+
+def test_what_is_held_is_said_to_be_fixed() -> None:
+    given = Constraints.of({"radius": {"value": 0.8}})
+    text = str(recognize(noisy(EXAMPLES["cylinder"], 300, 0.01), Config(("cylinder",), constraints=given)))
+    assert "\nradius           0.8, fixed\n" in text and "\ndiameter         1.6, fixed\n" in text
+    assert "\nconstraints      radius: fixed at 0.8\n" in text
 
 
 def test_far_from_the_origin_a_print_keeps_the_digits_that_are_known() -> None:
@@ -57,36 +108,40 @@ def test_a_coordinate_that_the_points_do_not_bound_is_said_to_be_open() -> None:
     answer = recognize(noisy(EXAMPLES["sphere"], 50, 0.01), Config(kinds=("sphere",))).to_dict()
     answer["uncertainty"]["intervals"]["center.x"]["high"] = None
     answer["uncertainty"]["intervals"]["radius"]["low"] = None
-    lines = summary(answer).splitlines()
-    assert lines[3].split()[0] == "open" and lines[3].count("±") == 2
-    assert "  at most " in lines[4]
+    text = summary(answer)
+    assert re.search(r"\n +open +± \S+ +± \S+\n", text)
+    assert re.search(r"\nradius +\S+ \(at most \S+\)\n", text)
 
 
 def test_a_cloud_without_an_answer_prints_the_best_try() -> None:
     recognition = recognize(np.random.default_rng(1).normal(size=(100, 3)), Config(kinds=("sphere", "plane")))
     lines = str(recognition).splitlines()
-    assert lines[0].startswith("no fit  no allowed kind explains the cloud")
-    assert lines[1].startswith("best try      ")
+    assert lines[0].startswith("best try         ")
+    assert any(
+        line.startswith("no fit           None of the allowed kinds explains the points") for line in lines
+    )
     assert repr(recognition).startswith("<Recognition: no_fit, best try ")
 
 
 def test_an_ambiguous_answer_prints_every_kind_with_its_intervals_and_error() -> None:
     recognition = ambiguous()
     lines = str(recognition).splitlines()
-    assert lines[1] == "kind          cylinder, with 95 % intervals"
+    others = "plane, sphere, cone or torus"
+    assert lines[0] == f"kind             cylinder, with 95% intervals; or a {others}, see below"
     noise = next(i for i, line in enumerate(lines) if line.startswith("noise"))
     for other in recognition.alternatives:
-        assert noise < lines.index(f"or            {other.primitive.kind}, with 95 % intervals")
-        start = lines.index(f"or            {other.primitive.kind}, with 95 % intervals")
-        end = next(i for i in range(start, len(lines)) if lines[i].startswith("error"))
+        start = lines.index(f"or               {other.primitive.kind}, with 95% intervals")
+        assert noise < start
+        end = next(i for i in range(start, len(lines)) if lines[i].startswith("distances"))
         text = "\n".join(lines[start:end])
         assert "±" in text and "evidence" not in text
         for value in parameters(other.primitive).values():
-            numbers = value if isinstance(value, list) else [value]
-            assert all(f"{number:.9g}" in text for number in numbers if not isinstance(number, str))
-        assert lines[end].startswith(f"error         rms {other.error.rms:.3g}  mean ")
-        assert lines[end + 1].strip() == f"rms of the inliers {other.error.inlier_rms:.3g}"
-    assert max(map(len, lines[1:-1])) <= 80
+            if isinstance(value, list):
+                assert all(f"{number:.9g}" in text for number in value)
+        assert lines[end].startswith(f"distances        rms {other.error.rms:#.3g}, mean ")
+        assert f"\nform error       {other.error.zone:#.3g}, over all points\n" in text
+        assert f"\ninliers          all 200, rms {other.error.inlier_rms:#.3g}\n" in text
+    assert max(len(line) for line in lines[1:-1] if recognition.message not in line) <= 80
     assert repr(recognition).startswith("<Recognition: ambiguous, cylinder or plane or sphere or ")
 
 
@@ -96,19 +151,21 @@ def test_warnings_of_an_alternative_stand_below_it() -> None:
     answer["alternatives"][1]["uncertainty"]["warnings"] = [told]
     answer["alternatives"][2]["uncertainty"] = None
     lines = summary(answer).splitlines()
-    assert lines.count("warning       the points cover an arc of 5 degrees") == 1
-    kind = answer["alternatives"][2]["kind"]
-    assert (
-        lines[lines.index("warning       the points cover an arc of 5 degrees") + 1]
-        == f"or            {kind}"
-    )
+    said = "warning          the points cover an arc of 5 degrees"
+    assert lines.count(said) == 1
+    assert lines[lines.index(said) + 1] == f"or               {answer['alternatives'][2]['kind']}"
 
 
-def test_deviations_that_neighbours_share_are_said_in_words() -> None:
+def test_warnings_about_the_points_are_shown() -> None:
+    answer = ambiguous().to_dict() | {"warnings": ["3 points are missing."]}
+    assert "\nwarning          3 points are missing.\n" in summary(answer)
+
+
+def test_deviations_that_neighbors_share_are_said_in_words() -> None:
     answer = ambiguous().to_dict()
     text = summary(answer)
-    assert "\n              neighbouring points share a deviation of 0.004 over 0.35\n" in text
-    assert "\n              the points deviate smoothly by 0.4 over 60\n" in text
+    assert "\n                 neighboring points share a deviation of 0.00400 over 0.350\n" in text
+    assert "\n                 the points deviate smoothly by 0.400 over 60.0\n" in text
     answer["noise"] |= {"correlated": None, "smooth": None}
     assert "deviat" not in summary(answer)
 
@@ -126,4 +183,4 @@ def test_plain_values_survive_json_to_the_last_bit() -> None:
 
 def test_an_exact_cloud_prints_too() -> None:
     text = str(recognize(sample(EXAMPLES["sphere"], 100)))
-    assert "exact 100.0%" in text and "±" in text
+    assert "100% on it exactly" in text and "±" in text

@@ -24,6 +24,9 @@ from tests.fitting.clouds import EXAMPLES, noisy
         ({"seed": 1.5}, "seed"),
         ({"kinds": "plane"}, "kinds"),
         ({"kinds": {"plane": 1}}, "kinds"),
+        ({"unit": ""}, "unit"),
+        ({"unit": "millimeters of"}, "unit"),
+        ({"unit": 5}, "unit"),
     ],
 )
 def test_options_out_of_range_are_named(options: dict, field: str) -> None:
@@ -36,3 +39,8 @@ def test_numbers_of_numpy_are_numbers() -> None:
     points = noisy(EXAMPLES["plane"], 100, 0.01)
     config = Config(seed=np.int64(3), max_error=np.float32(0.5))  # type: ignore[arg-type]
     assert recognize(points, config).to_json() == recognize(points, Config(seed=3, max_error=0.5)).to_json()
+
+
+def test_a_number_just_beyond_a_limit_is_told_from_it() -> None:
+    with pytest.raises(InvalidOptionError, match=r"max_error is 1\.0000000000000002; it is a share"):
+        Config(max_error=1.0 + 2.0**-52)

@@ -55,7 +55,7 @@ def test_an_axis_that_a_belt_leaves_open_is_a_right_angle_off_at_most() -> None:
     belt = cylinder.surface(rng.uniform(-np.pi, np.pi, 40), rng.uniform(-0.02, 0.02, 40))
     found = known(belt + 0.02 * rng.standard_normal((40, 1)) * cylinder.gradient(belt), "cylinder")
     assert found.direction is not None and found.direction.radius_95 == np.pi / 2
-    assert "the axis is not determined" in [each.message for each in found.warnings]
+    assert "The axis is not determined." in [each.message for each in found.warnings]
 
 
 def test_fixed_numbers_are_held_and_help_the_others() -> None:

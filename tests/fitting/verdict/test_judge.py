@@ -177,7 +177,7 @@ def test_what_is_wrong_names_the_kind_that_it_is_about() -> None:
         [np.minimum(along, 3.0), np.maximum(along - 3.0, 0.0), draws.uniform(-2, 2, 500)]
     )
     plane = recognize(section + 0.01 * draws.normal(size=(500, 3)), Config(kinds=("plane",)))
-    assert plane.status == "no_fit" and "far from the plane" in plane.message
+    assert plane.status == "no_fit" and "a second surface, away from the plane" in plane.message
 
 
 def test_few_points_are_no_plane_with_a_third_thrown_away() -> None:
