@@ -34,7 +34,7 @@ def fit(
     normals: ArrayLike | None = None,
     weights: ArrayLike | None = None,
     standard_deviations: ArrayLike | None = None,
-    constraints: Mapping[str, Any] | None = None,
+    constraints: Constraints | Mapping[str, Any] | None = None,
     initial_guess: Primitive | Mapping[str, Any] | None = None,
     include: Sequence[AnswerPart] | None = None,
 ) -> Recognition:
@@ -57,9 +57,10 @@ def fit(
         estimate them
     weights : (N,) how much each point counts in the last refinement, not negative; 0 leaves it out
     standard_deviations : (N,) of the noise of each point [length], in place of weights
-    constraints : parameters that are fixed or bounded: `{"radius": {"value": 5}}`, `{"radius": {"min": 4,
-        "max": 6}}`, `{"axis": {"direction": [0, 0, 1], "max_angle": 0.05}}`, `{"center": [0, 0, 0]}`; each
-        acts on the kinds that have such a parameter
+    constraints : parameters that are fixed or bounded: `Constraints`, or what `Constraints.of` takes:
+        `{"radius": {"value": 5}}`, `{"radius": {"min": 4, "max": 6}}`, `{"center": [0, 0, 0]}`,
+        `{"axis": {"direction": [0, 0, 1], "max_angle": 0.05}}`; each acts on the kinds that have such a
+        parameter
     initial_guess : a primitive, or its parameters with `kind`, that joins the starts of its kind
     include : which of the parts `extents` and `uncertainty` are wanted; the others are not computed and stand
         at None. None asks for both
@@ -71,6 +72,15 @@ def fit(
         range, or beside a criterion of extreme points, which takes none.
     InvalidOptionError
         An option is unknown or out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> recognition = primfit.fit(points, kinds=["sphere", "cylinder"])
+    >>> recognition.status, recognition.primitive.kind, round(recognition.primitive.radius, 9)
+    ('fitted', 'sphere', 2.0)
     """
     config = config_of(
         kinds, classifier, criterion, max_error, tolerance, seed, constraints, initial_guess, include
@@ -93,7 +103,7 @@ def config_of(
     max_error: float | None = None,
     tolerance: float | None = None,
     seed: int = SEED,
-    constraints: Mapping[str, Any] | None = None,
+    constraints: Constraints | Mapping[str, Any] | None = None,
     initial_guess: Primitive | Mapping[str, Any] | None = None,
     include: Sequence[AnswerPart] | None = None,
 ) -> Config:

@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from primfit.fitting.answer.result import Recognition
+from primfit.fitting.equality import ByValue
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
 from ..readers.cloud import Cloud
@@ -19,11 +20,17 @@ from .fit import config_of, fit_cloud
 from .team import Team, chunks
 
 
-@dataclass(frozen=True)
-class Segment:
+@dataclass(frozen=True, eq=False)
+class Segment(ByValue):
     """A segment that was fitted: its label, its rows in the cloud, and the `recognition`.
 
     Where it could not be fitted `recognition` is None and `problem` says why; it is empty otherwise.
+
+    Examples
+    --------
+    >>> import primfit
+    >>> primfit.fit_segments([[0, 0, 0], [1, 0, 0]], ["stray", "stray"])[0].problem
+    '2 points given; at least 3 are needed'
     """
 
     label: Label
@@ -75,6 +82,16 @@ def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options:
         An option is unknown or out of range.
     RuntimeError
         A process was ended from outside, as for want of memory.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> for segment in primfit.fit_segments(np.vstack([points, points + 9.0]), [7] * 300 + [8] * 300):
+    ...     print(segment.label, segment.recognition.primitive.kind)
+    7 sphere
+    8 sphere
     """
     if workers < 1:
         raise InvalidOptionError("workers must be at least 1", "workers")

@@ -6,6 +6,8 @@ from functools import cached_property
 from inspect import signature
 from typing import Any
 
+import numpy as np
+
 from primfit.fitting.answer.form import Form, form_of
 from primfit.fitting.answer.residuals import Residuals
 from primfit.fitting.answer.result import Recognition
@@ -26,7 +28,18 @@ COUNTS = ("weights", "standard_deviations")
 
 
 class NothingToExportError(ValueError):
-    """There is no primitive, or no extents to trim it to."""
+    """There is no primitive, or no extents to trim it to.
+
+    Examples
+    --------
+    >>> import primfit
+    >>> flat = [[x, y, 0.0] for x in range(9) for y in range(9)]
+    >>> try:
+    ...     primfit.export(primfit.fit(flat, kinds=["torus"]), "step", unit="mm")
+    ... except primfit.NothingToExportError:
+    ...     print("no torus was found")
+    no torus was found
+    """
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +100,10 @@ class Fitted:
     @cached_property
     def residuals(self) -> Residuals:
         """Of all points."""
-        points, inliers = self.points, self.recognition.inliers
+        points, rule = self.points, self.recognition.inlier_rule
         distance = self.primitive.signed_distance(points)
-        assert inliers
-        return Residuals(distance, inliers.among(points))
+        assert rule
+        return Residuals(distance, rule.among(points))
 
     @cached_property
     def form(self) -> Form:
@@ -107,14 +120,18 @@ def check_extents(include: Collection[str]) -> None:
         )
 
 
-def fitted_points(recognition: Recognition, points: Any, options: Mapping[str, Any] | None = None) -> Fitted:
+def fitted_points(
+    recognition: Recognition, points: Any = None, options: Mapping[str, Any] | None = None
+) -> Fitted:
     """An answer with points from Python, and the keyword arguments that `fit` had beside them.
+
+    Without points those that the answer has kept count, but for missing ones.
 
     Raises `InvalidPointCloudError` and `InvalidOptionError` for what `fit` would not have taken.
     """
-    if points is None:
+    coordinates = _present(recognition) if points is None else check_points(as_cloud(points)[0])
+    if coordinates is None:
         return Fitted(recognition)
-    coordinates = check_points(as_cloud(points)[0])
     if options is None:
         return Fitted(recognition, _cloud_of(coordinates))
     for name in options:
@@ -124,6 +141,15 @@ def fitted_points(recognition: Recognition, points: Any, options: Mapping[str, A
             )
     arrays = {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
     return Fitted(recognition, _cloud_of(coordinates, **arrays), _used(options))
+
+
+def _present(recognition: Recognition) -> Array | None:
+    """The points that an answer has kept, without those that were missing."""
+    points = recognition.points
+    if points is None:
+        return None
+    present = np.isfinite(points).all(axis=1)
+    return points if present.all() else points[present]
 
 
 def _used(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -137,25 +163,45 @@ def _cloud_of(points: Array, **beside: Any) -> Cloud:
     return Cloud(points, columns=("x", "y", "z"), normals=None, format="array", **beside)
 
 
-def residuals(recognition: Recognition, points: Any) -> Residuals:
+def residuals(recognition: Recognition, points: Any = None) -> Residuals:
     """Signed distances of points from the answered primitive, and which of them belong to it.
 
     Parameters
     ----------
     recognition : what `fit` found; of an ambiguous answer the first primitive counts
     points : (N, 3) in the unit that was fitted, the same ones or others, and however few;
-        an array or another object that `fit` takes
+        an array or another object that `fit` takes. None for those that were fitted, where the answer still
+        has them
 
     Raises
     ------
     NothingToExportError
         The answer holds no primitive.
     InvalidPointCloudError
-        The points are not finite (N, 3).
+        The points are not finite (N, 3), or the answer has left its own behind.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> recognition = primfit.fit(primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar))
+    >>> primfit.residuals(recognition, [[2.25, 0, 0], [0, 1.5, 0]]).distance.round(9)
+    array([ 0.25, -0.5 ])
     """
-    return Fitted(recognition, _cloud_of(check_coordinates(as_cloud(points)[0]))).residuals
+    given = recognition.kept_points() if points is None else check_coordinates(as_cloud(points)[0])
+    return Fitted(recognition, _cloud_of(given)).residuals
 
 
-def form_errors(recognition: Recognition, points: Any) -> Form:
-    """Form errors of the points that belong to the answered primitive; parameters as in `residuals`."""
+def form_errors(recognition: Recognition, points: Any = None) -> Form:
+    """Form errors of the points that belong to the answered primitive; parameters as in `residuals`.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> x, y = np.random.default_rng(0).random((2, 300))
+    >>> recognition = primfit.fit(np.stack([x, y, 1e-3 * np.sin(9.0 * x)], axis=1), tolerance=0.01)
+    >>> form = primfit.form_errors(recognition)
+    >>> form.name, round(form.minimum_zone.form_error, 4)
+    ('flatness', 0.002)
+    """
     return fitted_points(recognition, points).form

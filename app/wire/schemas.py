@@ -249,7 +249,7 @@ class Receipt(BaseModel):
 FitAnswer = _wire.model(
     result.Recognition,
     "FitAnswer",
-    without=("n_points", "inliers", "include"),
+    without=("n_points", "inlier_rule", "include", "points"),
     doc="Which primitive the cloud is, and the evidence.",
     alternatives=list[Alternative],  # type: ignore[valid-type]
     extents=Extents | None,

@@ -13,7 +13,7 @@ from ..search.finished import Finished
 from ..uncertainty.appraise import uncertainty_of
 from ..uncertainty.values import Uncertainty
 from ..verdict.judge import Claim, Decision
-from .residuals import Inliers
+from .residuals import InlierRule
 from .result import Alternative, Attempt, Recognition
 from .values import ErrorSummary
 
@@ -86,7 +86,7 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
         active_constraints=config.constraints.effects(best.answered),
         extents=extents,
         uncertainty=uncertainty,
-        inliers=Inliers(cloud.frame.restore(evidence.primitive), cloud.frame.scale * evidence.reach),
+        inlier_rule=InlierRule(cloud.frame.restore(evidence.primitive), cloud.frame.scale * evidence.reach),
         include=config.include,
     )
 

@@ -53,6 +53,12 @@ class Config:
     constraints : parameters that are fixed or bounded
     initial_guess : a primitive in input units that joins the starts of its kind
     include : which of the parts `extents` and `uncertainty` are computed and answered; the others are None
+
+    Examples
+    --------
+    >>> import primfit
+    >>> primfit.Config(kinds=("plane", "sphere"), seed=7).criterion
+    'robust'
     """
 
     kinds: tuple[str, ...] = KINDS

@@ -2,6 +2,7 @@ from .app.engine.estimator import PrimitiveFitter
 from .app.engine.fit import fit
 from .app.engine.segments import Segment, fit_segments
 from .app.exports import NothingToExportError, export, form_errors, residuals
+from .app.exports.pictures import picture, plot
 from .fitting.answer.form import Form
 from .fitting.answer.residuals import Residuals
 from .fitting.answer.result import Alternative, Attempt, Recognition
@@ -17,7 +18,7 @@ from .fitting.primitives.sphere import Sphere
 from .fitting.primitives.torus import Torus
 from .fitting.recognize import recognize
 from .fitting.request.config import Config
-from .fitting.request.constraints import Constraints
+from .fitting.request.constraints import Constraints, Direction, Range
 
 __version__: str
 
@@ -30,6 +31,7 @@ __all__ = [
     "Constraints",
     "Cylinder",
     "Deviation",
+    "Direction",
     "ErrorSummary",
     "Form",
     "InvalidOptionError",
@@ -39,6 +41,7 @@ __all__ = [
     "Plane",
     "Primitive",
     "PrimitiveFitter",
+    "Range",
     "Recognition",
     "Residuals",
     "Segment",
@@ -50,6 +53,8 @@ __all__ = [
     "fit_segments",
     "form_errors",
     "parameters",
+    "picture",
+    "plot",
     "recognize",
     "residuals",
 ]
