@@ -9,8 +9,12 @@ from primfit.fitting.errors import InvalidPointCloudError
 
 from ..readers.cloud import Array, find_columns, unit_normals
 from ..readers.errors import UnreadableFileError
+from ..readers.tables import counts_up
 
 WANTED = "give an array (N, 3), a table with columns x, y, z, or an object that holds points or vertices"
+
+LOOKED_AT = 20
+"""Rows whose first column tells whether it is an index."""
 
 _NUMBERS = "biufO"
 """Kinds of arrays that may hold real numbers: no complex ones, texts, dates or records."""
@@ -21,10 +25,11 @@ def as_cloud(given: Any) -> tuple[Array, Array | None]:
 
     Parameters
     ----------
-    given : an array, or what NumPy makes one of; a tensor of torch, from any device; a table (pandas) or an
-        array of records with columns x, y, z and perhaps nx, ny, nz, or other names that files use for them;
-        a point cloud of Open3D, with its normals, or of trimesh; or a mesh of theirs, of which the vertices
-        count: its normals would be those of its faces
+    given : an array (N, 3), or what NumPy makes one of: of a wider one (N, C) the first three columns count,
+        or those behind an index, and an organized one (H, W, 3) is taken row by row; a tensor of torch, from
+        any device; a table (pandas) or an array of records with columns x, y, z and perhaps nx, ny, nz, or
+        other names that files use for them; a point cloud of Open3D, with its normals, or of trimesh; or a
+        mesh of theirs, of which the vertices count: its normals would be those of its faces
 
     Raises
     ------
@@ -33,7 +38,20 @@ def as_cloud(given: Any) -> tuple[Array, Array | None]:
     """
     points, normals = _held(given)
     usable = None if normals is None else unit_normals(as_floats(normals, "normals"))
-    return as_floats(points, "points"), usable
+    return _coordinates(as_floats(points, "points")), usable
+
+
+def _coordinates(points: Array) -> Array:
+    """x, y and z of an array (N, C) or (H, W, C) as in files: its first columns, or those behind an index.
+
+    What is no such array, or looks transposed, is left for the check of the points to refuse.
+    """
+    if points.ndim == 3:
+        points = points.reshape(-1, points.shape[2])
+    if points.ndim != 2 or points.shape[1] <= 3 or points.shape[0] == 3:
+        return points
+    indexed = counts_up([f"{number:.17g}" for number in points[:LOOKED_AT, 0]])
+    return points[:, 1:4] if indexed else points[:, :3]
 
 
 def _held(given: Any) -> tuple[Any, Any]:

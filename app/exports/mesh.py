@@ -51,16 +51,21 @@ def _stl(mesh: Mesh, said: Said) -> bytes:
 
 
 def _glb(mesh: Mesh, said: Said) -> bytes:
+    import trimesh
+
+    scene = trimesh.Scene()
+    add_node(scene, said["kind"], mesh, said)
+    return bytes(scene.export(file_type="glb"))
+
+
+def add_node(scene: Any, name: str, mesh: Mesh, said: Said) -> None:
     """A mesh about the origin in a node that says where it is: vertices of a GLB are float32."""
     import trimesh
 
     vertices, triangles = mesh
     where = vertices.mean(axis=0)
-    scene = trimesh.Scene()
     place = trimesh.transformations.translation_matrix(where)
-    local = _trimesh((vertices - where, triangles), said)
-    scene.add_geometry(local, said["kind"], said["kind"], transform=place)
-    return bytes(scene.export(file_type="glb"))
+    scene.add_geometry(_trimesh((vertices - where, triangles), said), name, name, transform=place)
 
 
 def _trimesh(mesh: Mesh, said: Said) -> Any:

@@ -210,7 +210,7 @@ def _unnamed(rows: list[list[str]], delimiter: str | None, width: int, labels: s
     """
     _refuse_decimal_comma_pairs(rows, delimiter)
     columns = count_columns(width)
-    if width > 3 and _counts_up(["".join(cells[:1]) for cells in rows]):
+    if width > 3 and counts_up(["".join(cells[:1]) for cells in rows]):
         columns = Columns(("2", "3", "4"), (1, 2, 3))
     if labels in (None, AUTO_LABELS):
         return columns
@@ -218,7 +218,8 @@ def _unnamed(rows: list[list[str]], delimiter: str | None, width: int, labels: s
     return replace(columns, label=label, label_name=labels)
 
 
-def _counts_up(cells: Sequence[str]) -> bool:
+def counts_up(cells: Sequence[str]) -> bool:
+    """Whether whole numbers of a column are an index: each one more than the last."""
     if len(cells) < _COUNTING or not all(map(_WHOLE.fullmatch, cells)):
         return False
     return all(int(after) - int(before) == 1 for before, after in pairwise(cells))

@@ -51,12 +51,21 @@ class File:
             "ISO-10303-21;",
             "HEADER;",
             "FILE_DESCRIPTION(('a primitive recognised in a point cloud'),'2;1');",
-            f"FILE_NAME('{name}','{EPOCH}',(''),(''),'primfit {version('primfit')}','primfit','');",
+            f"FILE_NAME({quoted(name)},'{EPOCH}',(''),(''),'primfit {version('primfit')}','primfit','');",
             f"FILE_SCHEMA(('{SCHEMA}'));",
             "ENDSEC;",
             "DATA;",
         ]
         return "\n".join([*header, *self.lines, "ENDSEC;", "END-ISO-10303-21;", ""])
+
+
+def quoted(text: str) -> str:
+    """A text as Part 21 wants it: in quotes, ASCII alone, other characters by their numbers."""
+    written = "".join(
+        letter if " " <= letter <= "~" else f"\\X2\\{letter.encode('utf-16-be').hex().upper()}\\X0\\"
+        for letter in text.replace("\\", "\\\\").replace("'", "''")
+    )
+    return f"'{written}'"
 
 
 def real(value: float) -> str:
