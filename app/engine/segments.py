@@ -58,7 +58,29 @@ class Segment(ByValue):
         return f"<Segment {self.label!r}, {len(self.rows)} points: {(self.recognition or self.problem)!r}>"
 
 
-def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options: Any) -> list[Segment]:
+class Segments(list[Segment]):
+    """The segments of a cloud: a list that exports as one file.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> segments = primfit.fit_segments(np.vstack([points, points + 9.0]), [7] * 300 + [8] * 300)
+    >>> len(segments), segments[0].label
+    (2, 7)
+    >>> segments.export("csv").count(b"fitted")
+    2
+    """
+
+    def export(self, artifact: str, **options: Any) -> bytes:
+        """`primfit.export_segments` of all of them: `step`, `glb`, `csv` or `report`."""
+        import primfit  # what writes files stands above this package
+
+        return primfit.export_segments(self, artifact, **options)
+
+
+def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options: Any) -> Segments:
     """`fit` each segment of a cloud: the points of one label.
 
     Parameters
@@ -70,8 +92,8 @@ def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options:
 
     Returns
     -------
-    The segments by label, in ascending order. One that cannot be fitted, with two points, say, has a
-    `problem` and no `recognition`; it does not keep the others from theirs.
+    The segments by label, in ascending order, as a list that exports as one file. One that cannot be fitted,
+    with two points, say, has a `problem` and no `recognition`; it does not keep the others from theirs.
 
     Raises
     ------
@@ -107,8 +129,18 @@ def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options:
     with Team(min(workers, len(sizes))) as team:
         work, shares = partial(_fitted, options), chunks(pieces(whole, team.scratch()), sizes, team.size)
         found = list(team.in_order(team.submit(work, share) for share in shares))
-    rows = (whole.rows[start:stop] for start, stop in pairwise(whole.bounds))
-    return [Segment(label, part, *each) for label, part, each in zip(whole.labels, rows, found, strict=True)]
+    # Each segment keeps a view of its points, which no process has to send back.
+    ordered = coordinates[whole.rows]
+    bounds = pairwise(whole.bounds)
+    return Segments(
+        Segment(
+            label,
+            whole.rows[start:stop],
+            recognition and recognition.with_points(ordered[start:stop]),
+            problem,
+        )
+        for label, (start, stop), (recognition, problem) in zip(whole.labels, bounds, found, strict=True)
+    )
 
 
 def _fitted(options: Mapping[str, Any], piece: Piece) -> tuple[Recognition | None, str]:

@@ -1,7 +1,8 @@
 from .app.engine.estimator import PrimitiveFitter
 from .app.engine.fit import fit
-from .app.engine.segments import Segment, fit_segments
+from .app.engine.segments import Segment, Segments, fit_segments
 from .app.exports import NothingToExportError, export, form_errors, residuals
+from .app.exports.many import export_segments
 from .app.exports.pictures import picture, plot
 from .fitting.answer.form import Form
 from .fitting.answer.residuals import Residuals
@@ -45,10 +46,12 @@ __all__ = [
     "Recognition",
     "Residuals",
     "Segment",
+    "Segments",
     "Sphere",
     "Torus",
     "__version__",
     "export",
+    "export_segments",
     "fit",
     "fit_segments",
     "form_errors",

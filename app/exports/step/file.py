@@ -61,11 +61,15 @@ class File:
 
 def quoted(text: str) -> str:
     """A text as Part 21 wants it: in quotes, ASCII alone, other characters by their numbers."""
-    written = "".join(
-        letter if " " <= letter <= "~" else f"\\X2\\{letter.encode('utf-16-be').hex().upper()}\\X0\\"
-        for letter in text.replace("\\", "\\\\").replace("'", "''")
-    )
-    return f"'{written}'"
+    doubled = text.replace("\\", "\\\\").replace("'", "''")
+    return f"'{''.join(map(_letter, doubled))}'"
+
+
+def _letter(letter: str) -> str:
+    if " " <= letter <= "~":
+        return letter
+    number = ord(letter)
+    return f"\\X4\\{number:08X}\\X0\\" if number > 0xFFFF else f"\\X2\\{number:04X}\\X0\\"
 
 
 def real(value: float) -> str:
