@@ -125,6 +125,7 @@ def find_columns(names: Sequence[str], labels: str | None = None) -> Columns:
         raise UnreadableFileError(
             "header",
             f"no column named {', '.join(missing)} among {len(names)}; name the coordinates x, y, z",
+            no_cloud=True,
         )
     wanted = _XYZ + _NORMAL if places.keys() >= set(_NORMAL) else _XYZ
     indices = [places[name] for name in wanted]
@@ -150,7 +151,8 @@ def _places(names: Sequence[str]) -> dict[str, int]:
 def count_columns(width: int) -> Columns:
     """Columns of a table without names: the first three are x, y, z, the rest is not used."""
     if width < 3:
-        raise UnreadableFileError("file", f"rows hold {width} values; a point needs x, y and z")
+        message = f"rows hold {width} values; a point needs x, y and z"
+        raise UnreadableFileError("file", message, no_cloud=True)
     return Columns(("x", "y", "z"), (0, 1, 2))
 
 
