@@ -151,8 +151,10 @@ class _Places:
             target = Path(self._names.unique(str(own)) + ENDINGS[self._format])
             self._n_segments += 1
             number = self._n_segments
-        searched = source.name in self._plan.searched
-        return Keeper(target, source.title, self._format, searched, where, self._gathered(number))
+        inner = self._plan.searched.get(source.name)
+        short = replace(source, name=Path(source.name).name if inner is None else str(inner)).title
+        gather = self._gathered(number)
+        return Keeper(target, source.title, self._format, inner is not None, where, short, gather)
 
     def _gathered(self, number: int) -> Gather | None:
         """Of the first clouds with pictures, where these are wanted."""
@@ -172,7 +174,7 @@ class Keeper:
     target : where it is written
     name : of the cloud, before people
     searched : the cloud was found in a folder: it is left out if it is not meant for one
-    where : the same by column of a table
+    where, short : the same by column of a table, and without the folder that was searched
     gather : what is gathered for files about all clouds, if there are any
     """
 
@@ -181,6 +183,7 @@ class Keeper:
     format: str
     searched: bool
     where: Mapping[str, Any]
+    short: str
     gather: Gather | None
 
     def __call__(self, answer: Answer) -> Kept:
@@ -210,8 +213,8 @@ class Keeper:
         from ..exports.many import Part, pictured
 
         if isinstance(answer, Problem):
-            return Part(self.where, self.name, None, answer.message)
-        part = Part(self.where, self.name, answer[0])
+            return Part(self.where, self.short, None, answer.message)
+        part = Part(self.where, self.short, answer[0])
         if self.gather.pictures:
             part = pictured(part, self.gather.unit)
         return replace(part, recognition=replace(answer[0], points=None))

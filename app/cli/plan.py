@@ -28,12 +28,12 @@ class Plan:
     Attributes
     ----------
     targets : output -> input, in a fixed order
-    searched : inputs that were found in a folder, not named
+    searched : inputs that were found in a folder, not named, and their places in it
     others : how many files of other suffixes lie in the folders, by suffix
     """
 
     targets: dict[Path, str]
-    searched: frozenset[str]
+    searched: dict[str, Path]
     others: Counter[str]
 
 
@@ -87,9 +87,9 @@ def _check_folders(folders: Mapping[Path, str]) -> None:
             raise CollisionError(f"the answers for {resolved[inner]} would lie beside the input {name}")
 
 
-def _expand(inputs: Sequence[str]) -> tuple[list[tuple[str, Path]], frozenset[str], Counter[str]]:
-    """Files as (name, path inside the output folder), the names of those found in folders, and what else is
-    there, by suffix."""
+def _expand(inputs: Sequence[str]) -> tuple[list[tuple[str, Path]], dict[str, Path], Counter[str]]:
+    """Files as (name, path inside the output folder), those of them that were found in folders, and what else
+    is there, by suffix."""
     found: list[tuple[str, Path]] = []
     others: Counter[str] = Counter()
     named = {name for name in inputs if not Path(name).is_dir()}
@@ -105,7 +105,7 @@ def _expand(inputs: Sequence[str]) -> tuple[list[tuple[str, Path]], frozenset[st
                 found.append((str(file), file.relative_to(path)))
             else:
                 others[file.suffix.lower() or "without suffix"] += 1
-    return found, frozenset(name for name, _ in found) - named, others
+    return found, {name: inner for name, inner in found if name not in named}, others
 
 
 def _unpacked(file: Path) -> Path:

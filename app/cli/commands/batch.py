@@ -113,5 +113,5 @@ def _tell(summary: "Summary", planned: "Plan", out: Path) -> None:
     counts = [f"{summary.statuses[status]} {status}" for status in EXIT]
     counts.append(f"{len(summary.problems)} with a problem")
     if n_skipped := len(summary.skipped) + planned.others.total():
-        counts.append(f"{n_skipped} files skipped")
+        counts.append(f"{n_skipped} skipped")
     print(f"{summary.n_clouds} clouds: {', '.join(counts)}; answers in {out}")

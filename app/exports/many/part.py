@@ -76,4 +76,4 @@ def trimmed(parts: Sequence[Part]) -> Iterator[tuple[str, Fitted]]:
         said = fitted.primitive.kind + ("" if found.status == "fitted" else f" ({found.status})")
         yield ids.unique(f"{part.name} {said}"), fitted
     if not n_found:
-        raise NothingToExportError(f"none of the {len(parts)} answers has a primitive that can be trimmed")
+        raise NothingToExportError("no answer has a primitive that can be trimmed")

@@ -51,7 +51,7 @@ def test_answers_problems_and_counts(clouds: Path, tmp_path: Path) -> None:
     assert words.startswith(f"primfit: {clouds / 'words.txt'}: skipped, since it is no cloud: ")
     assert suffixes == "primfit: batch: skipped by their suffixes: 1 .md"
     assert result.stdout.startswith(
-        "2 clouds: 2 fitted, 0 ambiguous, 0 no_fit, 0 with a problem, 2 files skipped; answers in "
+        "2 clouds: 2 fitted, 0 ambiguous, 0 no_fit, 0 with a problem, 2 skipped; answers in "
     )
     assert result.exit_code == 0
 
