@@ -70,7 +70,9 @@ def plot(recognition: Recognition, axes: "Axes | None" = None, points: Any = Non
     >>> import numpy as np, primfit
     >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
     >>> recognition = primfit.fit(primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar))
-    >>> axes = recognition.plot()  # doctest: +SKIP
+    >>> axes = recognition.plot()
+    >>> axes.get_title()
+    'sphere, fitted'
     """
     try:
         from matplotlib import pyplot

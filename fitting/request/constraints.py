@@ -55,7 +55,7 @@ class Direction:
     --------
     >>> import primfit
     >>> primfit.Constraints(axis=primfit.Direction((0, 0, 1), max_angle=0.05)).plain()
-    {'axis': {'direction': [0, 0, 1], 'max_angle': 0.05}}
+    {'axis': {'direction': [0.0, 0.0, 1.0], 'max_angle': 0.05}}
     """
 
     direction: Triple
@@ -111,9 +111,10 @@ class Constraints:
     point: Triple | None = None
 
     def __post_init__(self) -> None:
-        """What was built by hand passes the same checks as what was parsed."""
-        for name, value in self.given.items():
-            _PARSERS[name](f"constraints.{name}", _plain(value))
+        """What was built by hand passes the same checks as what was parsed, and may be as plain."""
+        for name, parse in _PARSERS.items():
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, parse(f"constraints.{name}", _plain(value)))
 
     @classmethod
     def of(cls, values: Self | Mapping[str, Any]) -> Self:
