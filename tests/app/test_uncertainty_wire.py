@@ -29,7 +29,7 @@ def shown(name: str, body: dict[str, object]) -> str:
 
 
 def test_the_schema_has_every_field_of_an_answer(tmp_path: Path) -> None:
-    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})
+    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})[1]
     known = FitAnswer.model_validate(body).uncertainty
     assert known is not None and known.covariance is not None
     assert known.parameters[-1] == "radius" and len(known.covariance) == 7
@@ -38,19 +38,19 @@ def test_the_schema_has_every_field_of_an_answer(tmp_path: Path) -> None:
 
 
 def test_a_terminal_shows_intervals_and_warnings(tmp_path: Path) -> None:
-    text = shown("pipe.csv", answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]}))
+    text = shown("pipe.csv", answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})[1])
     assert "with 95 % intervals" in text and "across the axis" in text
     assert re.search(r"axis( +\S+){3}  ± \S+ degrees", text) and re.search(r"radius +49\.\d+  ± 0\.", text)
     assert "warning" in text and "degrees about the axis" in text
 
 
 def test_an_end_that_is_open_is_said(tmp_path: Path) -> None:
-    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})
+    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})[1]
     body["uncertainty"]["intervals"]["radius"].update(high=None)
     assert re.search(r"radius +49\.\d+  at least 49", shown("pipe.csv", body))
 
 
 def test_no_uncertainty_is_null(tmp_path: Path) -> None:
-    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"], "criterion": "minimum_zone"})
+    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"], "criterion": "minimum_zone"})[1]
     assert body["primitive"] is not None and body["uncertainty"] is None
     assert "direction within" not in shown("pipe.csv", body)
