@@ -16,14 +16,34 @@ class _FieldError(ValueError):
 
 
 class InvalidPointCloudError(_FieldError):
-    """The points cannot be a cloud of any allowed kind; the message holds the numbers that say why."""
+    """The points cannot be a cloud of any allowed kind; the message holds the numbers that say why.
+
+    Examples
+    --------
+    >>> import primfit
+    >>> try:
+    ...     primfit.fit([[0, 0, 0], [1, 1, 1], [2, 2, 2]])
+    ... except primfit.InvalidPointCloudError as error:
+    ...     print(error.field)
+    points
+    """
 
     def __init__(self, message: str, field: str = "points") -> None:
         super().__init__(message, field)
 
 
 class InvalidOptionError(_FieldError):
-    """An option is unknown or out of its range; `field` names it."""
+    """An option is unknown or out of its range; `field` names it.
+
+    Examples
+    --------
+    >>> import primfit
+    >>> try:
+    ...     primfit.fit([[0, 0, 0], [1, 0, 0], [0, 1, 0]], max_error=2.0)
+    ... except primfit.InvalidOptionError as error:
+    ...     print(error.field)
+    max_error
+    """
 
 
 @dataclass(frozen=True)

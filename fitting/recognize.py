@@ -52,6 +52,14 @@ def recognize(
     InvalidPointCloudError : points that cannot be a cloud of any allowed kind, or weights beside a criterion
         of extreme points
     InvalidOptionError : constraints or an initial guess out of all proportion to the cloud
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> primfit.recognize(points, primfit.Config(kinds=("sphere", "plane")))
+    <Recognition: fitted, sphere, 300 points>
     """
     _check_criterion(config, weights=weights, standard_deviations=standard_deviations)
     cloud = Cloud.prepare(
@@ -67,9 +75,12 @@ def recognize(
         first = None if tries else rough(trial.kind)
         tries.append(_attempt(trial, config, probabilities, first))
     claims = [tried.claim for tried in tries if isinstance(tried, Fitted)]
-    if not claims:
-        return nothing(tries, len(cloud.points), config)
-    return assemble(decide(claims, _tolerance(config, cloud)), tries, config)
+    found = (
+        assemble(decide(claims, _tolerance(config, cloud)), tries, config)
+        if claims
+        else nothing(tries, len(cloud.points), config)
+    )
+    return found.with_points(points)
 
 
 def _check_criterion(config: Config, **per_point: object) -> None:

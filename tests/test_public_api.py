@@ -16,6 +16,11 @@ def test_every_promised_name_is_there() -> None:
         assert getattr(primfit, name) is not None
 
 
+def test_dir_shows_what_is_public_and_nothing_else() -> None:
+    primfit.fit([[0, 0, 0], [1, 0, 0], [0, 1, 0]], kinds=["plane"])
+    assert dir(primfit) == sorted(set(primfit.__all__) - {"__version__"})
+
+
 def test_the_same_engine_as_the_service() -> None:
     assert primfit.fit is engine.fit
     assert primfit.recognize is getattr(recognize, "recognize", recognize)

@@ -1,13 +1,13 @@
-"""Many clouds: which files, where each answer goes, and the run over all of them."""
+"""Many clouds: the run over all of them, and what is kept of each answer."""
 
 import os
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
-from functools import cache, partial
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from primfit.fitting.shrec22 import LAYOUT
 
@@ -15,127 +15,68 @@ from ..engine.answer import to_json
 from ..engine.names import Ids, plain
 from ..engine.shrec22 import prediction
 from ..engine.team import Team, chunks
-from ..readers import FORMATS
-from .files import Answer, Keep, Problem, Source, answer_file, answer_segments
+from .files import Answer, Problem, Source, answer_file, answer_segments
 from .identity import identity
+from .plan import ENDINGS, Plan, folder_of
 
-# Answers are JSON: in a folder none is taken for a cloud.
-SUFFIXES = tuple(
-    sorted(extension for format in FORMATS if format.name != "json" for extension in format.extensions)
-)
-PACKED = (".gz", ".zst")
-ENDINGS = {"json": ".json", "shrec22": "_prediction.txt"}
+if TYPE_CHECKING:
+    from ..exports.many import Part
+
 _POINT = 40
 """Bytes of a point in a file, roughly."""
+
+
+class Kept(NamedTuple):
+    """What came of a cloud: the status of its answer, why that was not written, and its part of the files
+    about all clouds, if there are any."""
+
+    status: str | None
+    problem: Problem | None
+    part: "Part | None" = None
 
 
 class InterruptedRunError(RuntimeError):
     """Ctrl-C; the message says how many inputs were done."""
 
 
-class CollisionError(ValueError):
-    """Two inputs would write the same output, or an output would overwrite an input."""
-
-
 @dataclass
 class Summary:
-    """How many answers of each status were written, and what could not be answered."""
+    """How many answers of each status were written, what could not be answered, and what is no cloud."""
 
     n_clouds: int = 0
     statuses: Counter[str] = field(default_factory=Counter)
     problems: list[Problem] = field(default_factory=list)
+    skipped: list[Problem] = field(default_factory=list)
+    parts: "list[Part]" = field(default_factory=list)
 
-    def add(self, status: str | None, problem: Problem | None) -> None:
+    def add(self, status: str | None, problem: Problem | None, part: "Part | None") -> None:
         """Count a cloud that has an answer of this status, if any, and a problem, if any."""
+        if problem is not None and problem.no_cloud:
+            self.skipped.append(problem)
+            return
         self.n_clouds += 1
         if status is not None:
             self.statuses[status] += 1
         if problem is not None:
             self.problems.append(problem)
+        if part is not None:
+            self.parts.append(part)
 
 
-def plan(inputs: Sequence[str], out: Path, format: str, labels: str | None = None) -> dict[Path, str]:
-    """Output -> input, in a fixed order; a folder is searched and its inner folders are kept in `out`.
+@dataclass(frozen=True)
+class Gather:
+    """What is gathered of each answer for the files about all clouds; pictures, too, if wanted."""
 
-    With `labels` the answers for the segments of an input go into a folder: its output without the ending.
-
-    Raises
-    ------
-    CollisionError
-        If two inputs differ only in their suffix or folder, or in a link on the way to their outputs, so that
-        one answer would overwrite the other.
-    """
-    targets: dict[Path, str] = {}
-    places: dict[Path, str] = {}
-    real = cache(Path.resolve)
-    for name, inner in _expand(inputs):
-        target = out / inner.with_name(_unpacked(inner).stem + ENDINGS[format])
-        place = real(target.parent) / target.name
-        if place not in places:
-            places[place] = targets[target] = name
-        elif Path(places[place]).resolve() != Path(name).resolve():
-            raise CollisionError(f"{places[place]} and {name} would both write {target}")
-    sources = {identity(name) for name in targets.values()} - {None}
-    for target, name in targets.items():
-        if identity(target) in sources:
-            raise CollisionError(f"the answer for {name} would overwrite the input {target}")
-    if labels:
-        _check_folders({_folder(target, format): name for target, name in targets.items()})
-    return targets
-
-
-def _folder(target: Path, format: str) -> Path:
-    """Where the answers for the segments of an input go, if its own answer would be `target`."""
-    return target.with_name(target.name.removesuffix(ENDINGS[format]))
-
-
-def _check_folders(folders: Mapping[Path, str]) -> None:
-    """No two inputs write into one folder, and none into a folder that an input lies in."""
-    resolved: dict[Path, str] = {}
-    for folder, name in folders.items():
-        other = resolved.setdefault(folder.resolve(), name)
-        if other != name:
-            raise CollisionError(f"{other} and {name} would both write into {folder}")
-    for folder, name in resolved.items():
-        for outer in resolved.keys() & set(folder.parents):
-            raise CollisionError(f"{resolved[outer]} and {name} would both write into {outer}")
-        for inner in resolved.keys() & set(Path(name).resolve().parents):
-            raise CollisionError(f"the answers for {resolved[inner]} would lie beside the input {name}")
-
-
-def _expand(inputs: Sequence[str]) -> list[tuple[str, Path]]:
-    """Files as (name, path inside the output folder)."""
-    found = []
-    for name in inputs:
-        path = Path(name)
-        if not path.is_dir():
-            found.append((name, Path(path.name)))
-            continue
-        for file in sorted(path.rglob("*")):
-            if (
-                _unpacked(file).suffix.lower() in SUFFIXES
-                and file.is_file()
-                and not file.name.endswith(ENDINGS["shrec22"])
-            ):
-                found.append((str(file), file.relative_to(path)))
-    return found
-
-
-def _unpacked(file: Path) -> Path:
-    """`cloud.csv` for `cloud.csv.gz`."""
-    return file.with_suffix("") if file.suffix.lower() in PACKED else file
-
-
-Kept = tuple[str | None, Problem | None]
-"""The status of an answer, and why it was not written."""
+    pictures: bool
 
 
 def run(
-    targets: Mapping[Path, str],
+    plan: Plan,
     format: str,
     options: Mapping[str, Any],
     workers: int,
     labels: str | None = None,
+    gather: Gather | None = None,
 ) -> Summary:
     """Answer every input, write what was found, and say what was not; progress shows on a terminal.
 
@@ -152,7 +93,7 @@ def run(
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    summary, finished = Summary(), 0
+    targets, summary, finished = plan.targets, Summary(), 0
     before = {target: identity(target) for target in targets}
     terminal = Console(stderr=True)
     columns = (TextColumn("fitting"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -162,7 +103,7 @@ def run(
             Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress,
         ):
             task = progress.add_task("fitting", total=len(targets))
-            for number, kept in _kept(targets, format, options, labels, team):
+            for number, kept in _kept(plan, format, options, labels, gather, team):
                 summary.add(*kept)
                 progress.update(task, completed=number)
                 # The last segment of a file looks like any other.
@@ -175,17 +116,23 @@ def run(
 
 
 def _kept(
-    targets: Mapping[Path, str], format: str, options: Mapping[str, Any], labels: str | None, team: Team
+    plan: Plan,
+    format: str,
+    options: Mapping[str, Any],
+    labels: str | None,
+    gather: Gather | None,
+    team: Team,
 ) -> Iterator[tuple[int, Kept]]:
     """The number of an input, and what came of it, or of each of its segments."""
+    places = _Places(plan, format, gather, labels)
+    names = list(plan.targets.values())
     if labels:
-        keep = _Places(list(targets), format).keep
-        for source, kept in answer_segments(list(targets.values()), options, labels, team, keep):
+        for source, kept in answer_segments(names, options, labels, team, places.keep):
             yield source.number, kept
         return
-    jobs = list(targets.items())
-    shares = chunks(jobs, [_n_points(name) for name in targets.values()], team.size)
-    work = partial(_answer_file, options, format)
+    jobs = [places.keep(Source(number, name)) for number, name in enumerate(names, 1)]
+    shares = chunks(jobs, [_n_points(name) for name in names], team.size)
+    work = partial(_answer_file, options)
     yield from enumerate(team.in_order(team.submit(work, share) for share in shares), 1)
 
 
@@ -197,40 +144,94 @@ def _n_points(name: str) -> int:
         return 0
 
 
-def _answer_file(options: Mapping[str, Any], format: str, job: tuple[Path, str]) -> Kept:
-    target, name = job
-    return keep(target, name, format, answer_file(name, options))
+def _answer_file(options: Mapping[str, Any], keep: "Keeper") -> Kept:
+    return keep(answer_file(keep.name, options))
 
 
 class _Places:
     """Where answers go that are made in the order of the inputs and of their labels."""
 
-    def __init__(self, targets: list[Path], format: str) -> None:
-        self._targets, self._format, self._names = targets, format, Ids()
+    def __init__(self, plan: Plan, format: str, gather: Gather | None, labels: str | None) -> None:
+        self._plan, self._targets, self._format = plan, list(plan.targets), format
+        self._gather, self._labels, self._names = gather, labels, Ids()
+        self._n_segments = 0
 
-    def keep(self, source: Source) -> Keep[Kept]:
+    def keep(self, source: Source) -> "Keeper":
         """Writes the answer for a file to its place, that for a segment into its folder."""
-        target = self._targets[source.number - 1]
+        target, number = self._targets[source.number - 1], source.number
+        where = {"file": source.name} | ({"label": source.label} if self._labels else {})
         if source.label is not None:
-            own = _folder(target, self._format) / (plain(str(source.label)) or "_")
+            own = folder_of(target, self._format) / (plain(str(source.label)) or "_")
             target = Path(self._names.unique(str(own)) + ENDINGS[self._format])
-        return partial(keep, target, source.title, self._format)
+            self._n_segments += 1
+            number = self._n_segments
+        inner = self._plan.searched.get(source.name)
+        short = replace(source, name=Path(source.name).name if inner is None else str(inner)).title
+        gather = self._gathered(number)
+        return Keeper(target, source.title, self._format, inner is not None, where, short, gather)
+
+    def _gathered(self, number: int) -> Gather | None:
+        """Of the first clouds with pictures, where these are wanted."""
+        if self._gather is None or not self._gather.pictures:
+            return self._gather
+        from ..exports.many import PICTURED
+
+        return replace(self._gather, pictures=number <= PICTURED)
 
 
-def keep(target: Path, name: str, format: str, answer: Answer) -> Kept:
-    """Write an answer, where there is one and the format has it."""
-    if isinstance(answer, Problem):
-        return None, answer
-    if format == "json":
-        _write(target, to_json(answer) + b"\n")
-    elif answer["primitive"] is None:
-        return answer["status"], Problem(name, f"nothing to write: {answer['message']}")
-    elif answer["primitive"]["kind"] not in LAYOUT:
-        kind = answer["primitive"]["kind"]
-        return answer["status"], Problem(name, f"nothing to write: the SHREC 2022 track has no {kind}")
-    else:
-        _write(target, prediction(answer["primitive"]).encode())
-    return answer["status"], None
+@dataclass(frozen=True)
+class Keeper:
+    """Keeps an answer, in the process that made it.
+
+    Attributes
+    ----------
+    target : where it is written
+    name : of the cloud, before people
+    searched : the cloud was found in a folder: it is left out if it is not meant for one
+    where, short : the same by column of a table, and without the folder that was searched
+    gather : what is gathered for files about all clouds, if there are any
+    """
+
+    target: Path
+    name: str
+    format: str
+    searched: bool
+    where: Mapping[str, Any]
+    short: str
+    gather: Gather | None
+
+    def __call__(self, answer: Answer) -> Kept:
+        """Write it, where there is one and the format has it."""
+        if isinstance(answer, Problem):
+            return Kept(None, replace(answer, no_cloud=answer.no_cloud and self.searched), self._part(answer))
+        content = answer[1]
+        return Kept(content["status"], self._written(content), self._part(answer))
+
+    def _written(self, content: Mapping[str, Any]) -> Problem | None:
+        """Why it was not written; None where it was."""
+        if self.format == "json":
+            _write(self.target, to_json(content) + b"\n")
+        elif content["primitive"] is None:
+            return Problem(self.name, f"nothing to write: {content['message']}")
+        elif content["primitive"]["kind"] not in LAYOUT:
+            kind = content["primitive"]["kind"]
+            return Problem(self.name, f"nothing to write: the SHREC 2022 track has no {kind}")
+        else:
+            _write(self.target, prediction(content["primitive"]).encode())
+        return None
+
+    def _part(self, answer: Answer) -> "Part | None":
+        """Its part of the files about all clouds, without the points."""
+        if self.gather is None:
+            return None
+        from ..exports.many import Part, pictured
+
+        if isinstance(answer, Problem):
+            return Part(self.where, self.short, None, answer.message)
+        part = Part(self.where, self.short, answer[0])
+        if self.gather.pictures:
+            part = pictured(part)
+        return replace(part, recognition=replace(answer[0], points=None))
 
 
 def _write(target: Path, text: bytes) -> None:

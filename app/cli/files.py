@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from primfit.fitting.names import ANSWER_PARTS
 
@@ -28,24 +29,28 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Problem:
-    """Why a file has no answer; `exit_status` is 2 for bad input, 1 where primfit itself failed."""
+    """Why a file has no answer; `exit_status` is 2 for bad input, 1 where primfit itself failed.
+
+    `no_cloud` says that it is not meant for a cloud.
+    """
 
     name: str
     message: str
     exit_status: int = 2
+    no_cloud: bool = False
 
 
-Answer = dict[str, Any] | Problem
-"""The body of `POST /fit`, or why there is none."""
+Answer = tuple[Recognition, dict[str, Any]] | Problem
+"""What was recognized and the body of `POST /fit`, or why there is none."""
 
 
 def answer_file(name: str, options: Mapping[str, Any]) -> Answer:
-    """The body of `POST /fit` for a file, or what is wrong with it.
+    """What was recognized in a file and the body of `POST /fit` for it, or what is wrong with it.
 
     `options` are those of `engine.fit` that were given beside the file.
     """
     try:
-        return answered(*_read(name, options, None))[1]
+        return answered(*_read(name, options, None))
     except Exception as error:  # one file must not cost the others their answers
         return _problem(name, error)
 
@@ -84,7 +89,7 @@ def _problem(name: str, error: Exception) -> Problem:
         case OSError():
             return Problem(name, error.strerror or str(error))
         case UnreadableFileError():
-            return Problem(name, f"{error.field}: {error.message}")
+            return Problem(name, f"{error.field}: {error.message}", no_cloud=error.no_cloud)
         case InvalidPointCloudError() | InvalidOptionError():
             return Problem(name, str(error))
     return Problem(name, f"internal error, please report it: {error!r}", exit_status=1)
@@ -214,7 +219,7 @@ def _open(job: _FileJob[R]) -> _CutFile | R:
         if cut is not None:
             sizes = [stop - start for start, stop in pairwise(cut.bounds)]
             return _CutFile(cut.labels, pieces(cut, job.scratch), sizes, used)
-        answer: Answer = answered(cloud, used)[1]
+        answer: Answer = answered(cloud, used)
     except Exception as error:
         answer = _problem(job.name, error)
     return job.keep(answer)
@@ -223,7 +228,7 @@ def _open(job: _FileJob[R]) -> _CutFile | R:
 def _answer_segment(job: _SegmentJob[R]) -> R:
     title, piece, options, keep = job
     try:
-        answer: Answer = answered(piece(), options)[1]
+        answer: Answer = answered(piece(), options)
     except Exception as error:
         answer = _problem(title, error)
     return keep(answer)

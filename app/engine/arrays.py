@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from primfit.fitting.errors import InvalidPointCloudError
+from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
-from ..readers.cloud import Array, unit_normals
-from ..readers.columns import find_columns
+from ..readers.cloud import Array, Cloud, unit_normals
+from ..readers.columns import FOUND, Pick, find_columns
 from ..readers.errors import UnreadableFileError
+from ..readers.npy import read_table
 
 WANTED = "give an array (N, 3), a table with columns x, y, z, or an object that holds points or vertices"
 
@@ -17,30 +18,48 @@ _NUMBERS = "biufO"
 """Kinds of arrays that may hold real numbers: no complex ones, texts, dates or records."""
 
 
-def as_cloud(given: Any) -> tuple[Array, Array | None]:
+def as_cloud(given: Any, pick: Pick = FOUND) -> tuple[Array, Array | None]:
     """The points (N, 3) of an object, and the unit normals (N, 3) that it holds, if it does.
 
     Parameters
     ----------
-    given : an array, or what NumPy makes one of; a tensor of torch, from any device; a table (pandas) or an
-        array of records with columns x, y, z and perhaps nx, ny, nz, or other names that files use for them;
-        a point cloud of Open3D, with its normals, or of trimesh; or a mesh of theirs, of which the vertices
-        count: its normals would be those of its faces
+    given : an array (N, 3), or what NumPy makes one of: of a wider one (N, C) the first three columns count,
+        or those behind an index, and an organized one (H, W, 3) is taken row by row; a tensor of torch, from
+        any device; a table (pandas) or an array of records with columns x, y, z and perhaps nx, ny, nz, or
+        other names that files use for them; a point cloud of Open3D, with its normals, or of trimesh; or a
+        mesh of theirs, of which the vertices count: its normals would be those of its faces
+    pick : which columns of an array or a table are asked for
 
     Raises
     ------
     InvalidPointCloudError
         It is none of these, or holds no numbers.
     """
+    if names := _column_names(given):
+        return _columns(given, names, pick)
     points, normals = _held(given)
-    usable = None if normals is None else unit_normals(as_floats(normals, "normals"))
-    return as_floats(points, "points"), usable
+    if normals is not None:
+        return as_floats(points, "points"), unit_normals(as_floats(normals, "normals"))
+    return _unnamed(as_floats(points, "points"), pick)
+
+
+def _unnamed(values: Array, pick: Pick) -> tuple[Array, Array | None]:
+    """Points, and normals where they are asked for, of an array (N, C) or (H, W, C), by the rules of files.
+
+    What is no such array, or looks transposed, is left for the check of the points to refuse.
+    """
+    transposed = values.ndim == 2 and values.shape[0] == 3 < values.shape[1]
+    if values.ndim not in (2, 3) or values.shape[-1] < 3 or transposed:
+        return values, None
+    try:
+        cloud: Cloud = read_table(values, "array", pick)
+    except UnreadableFileError as error:
+        raise _refused(error) from error
+    return cloud.points, cloud.normals
 
 
 def _held(given: Any) -> tuple[Any, Any]:
     """Points and normals as the object has them; the object itself where it holds no points."""
-    if names := _column_names(given):
-        return _columns(given, names)
     if isinstance(given, np.ndarray | list | tuple):
         return given, None
     if hasattr(given, "points"):
@@ -66,13 +85,20 @@ def _column_names(given: Any) -> list[str]:
     return [] if any(not isinstance(name, str) for name in names) else list(names)
 
 
-def _columns(given: Any, names: list[str]) -> tuple[Array, Array | None]:
+def _columns(given: Any, names: list[str], pick: Pick) -> tuple[Array, Array | None]:
     try:
-        columns = find_columns(names)
+        columns = find_columns(names, pick)
     except UnreadableFileError as error:
-        raise InvalidPointCloudError(f"points: {error}") from error
+        raise _refused(error) from error
     values = np.column_stack([as_floats(given[names[i]], f"points[{names[i]!r}]") for i in columns.used])
-    return values[:, :3], values[:, 3:] if columns.normals else None
+    return values[:, :3], unit_normals(values[:, 3:], values[:, :3]) if columns.normals else None
+
+
+def _refused(error: UnreadableFileError) -> ValueError:
+    """The complaint about columns that are asked for, or about points that have none."""
+    if error.field == "columns":
+        return InvalidOptionError(f"columns: {error}", "columns")
+    return InvalidPointCloudError(f"points: {error}")
 
 
 def as_floats(values: Any, field: str) -> Array:

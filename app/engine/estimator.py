@@ -13,6 +13,7 @@ from primfit.fitting.errors import InvalidPointCloudError
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.noise.rounding import rounding_of
 from primfit.fitting.primitives.primitive import Primitive
+from primfit.fitting.request.constraints import Constraints
 from primfit.fitting.verdict.evidence import OUTLIER
 
 from .fit import fit
@@ -62,7 +63,7 @@ class PrimitiveFitter(OutlierMixin, BaseEstimator):
         max_error: float | None = None,
         tolerance: float | None = None,
         seed: int = 0,
-        constraints: Mapping[str, Any] | None = None,
+        constraints: Constraints | Mapping[str, Any] | None = None,
         initial_guess: Primitive | Mapping[str, Any] | None = None,
         include: Sequence[str] | None = None,
     ) -> None:
@@ -107,13 +108,13 @@ class PrimitiveFitter(OutlierMixin, BaseEstimator):
             standard_deviations=standard_deviations,
             **self.get_params(deep=False),
         )
-        found, inliers, noise = recognition.primitive, recognition.inliers, recognition.noise
-        if found is None or inliers is None or noise is None:
+        found, noise = recognition.primitive, recognition.noise
+        if found is None or noise is None:
             raise InvalidPointCloudError(f"no primitive was found: {recognition.message}", "X")
         self.recognition_: Recognition = recognition
         self.primitive_: Primitive = found
         distance = np.abs(found.signed_distance(points))
-        farthest = float(distance[inliers.among(points)].max(initial=0.0))
+        farthest = float(distance[recognition.inliers].max(initial=0.0))
         self.inlier_threshold_ = max(OUTLIER * noise.scale, farthest, rounding_of(points).size)
         self.offset_ = -self.inlier_threshold_
         self.inlier_mask_: NDArray[np.bool_] = distance <= self.inlier_threshold_

@@ -56,7 +56,7 @@ def fit(
     normals: ArrayLike | None = None,
     weights: ArrayLike | None = None,
     standard_deviations: ArrayLike | None = None,
-    constraints: Mapping[str, Any] | None = None,
+    constraints: Constraints | Mapping[str, Any] | None = None,
     initial_guess: Primitive | Mapping[str, Any] | None = None,
     include: Sequence[AnswerPart] | None = None,
     nominal: Mapping[str, Any] | None = None,
@@ -84,9 +84,10 @@ def fit(
         estimate them
     weights : (N,) how much each point counts in the last refinement, not negative; 0 leaves it out
     standard_deviations : (N,) of the noise of each point [length], in place of weights
-    constraints : parameters that are fixed or bounded: `{"radius": {"value": 5}}`, `{"radius": {"min": 4,
-        "max": 6}}`, `{"axis": {"direction": [0, 0, 1], "max_angle": 0.05}}`, `{"center": [0, 0, 0]}`; each
-        acts on the kinds that have such a parameter
+    constraints : parameters that are fixed or bounded: `Constraints`, or what `Constraints.of` takes:
+        `{"radius": {"value": 5}}`, `{"radius": {"min": 4, "max": 6}}`, `{"center": [0, 0, 0]}`,
+        `{"axis": {"direction": [0, 0, 1], "max_angle": 0.05}}`; each acts on the kinds that have such a
+        parameter
     initial_guess : a primitive, or its parameters with `kind`, that joins the starts of its kind
     include : which of the parts `extents` and `uncertainty` are wanted; the others are not computed and stand
         at None. None asks for both
@@ -110,6 +111,15 @@ def fit(
         The file holds no cloud.
     OSError
         The file cannot be opened.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> recognition = primfit.fit(points, kinds=["sphere", "cylinder"])
+    >>> recognition.status, recognition.primitive.kind, round(recognition.primitive.radius, 9)
+    ('fitted', 'sphere', 2.0)
     """
     options: dict[str, Any] = {
         "kinds": kinds,
@@ -131,14 +141,15 @@ def fit(
     given = {"normals": normals, "weights": weights, "standard_deviations": standard_deviations}
     beside: dict[str, Any] = {name: as_floats(each, name) for name, each in given.items() if each is not None}
     cloud = replace(cloud_of(points, columns), **beside)
-    return fit_cloud(cloud, _with_options_of(cloud, options))
+    # A row for each point that was given: those that are missing have NaN for their residual.
+    return fit_cloud(cloud, _with_options_of(cloud, options)).with_points(cloud.points)
 
 
 def cloud_of(points: Any, columns: str | Sequence[str | int] | None = None) -> Cloud:
     """The cloud in a file, or in what `as_cloud` takes."""
     if isinstance(points, str | PathLike):
         return read_file(points, pick=Pick(columns=as_columns(columns)))
-    coordinates, normals = as_cloud(points)
+    coordinates, normals = as_cloud(points, Pick(columns=as_columns(columns)))
     return Cloud(coordinates, ("x", "y", "z"), normals, "array")
 
 
@@ -161,7 +172,7 @@ def config_of(
     max_error: float | None = None,
     tolerance: float | None = None,
     seed: int = SEED,
-    constraints: Mapping[str, Any] | None = None,
+    constraints: Constraints | Mapping[str, Any] | None = None,
     initial_guess: Primitive | Mapping[str, Any] | None = None,
     include: Sequence[AnswerPart] | None = None,
     nominal: Mapping[str, Any] | None = None,

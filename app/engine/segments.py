@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from primfit.fitting.answer.result import Recognition
+from primfit.fitting.equality import ByValue
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
 from ..readers.cloud import PER_POINT, Cloud
@@ -19,11 +20,17 @@ from .fit import config_of, fit_cloud
 from .team import Team, chunks
 
 
-@dataclass(frozen=True)
-class Segment:
+@dataclass(frozen=True, eq=False)
+class Segment(ByValue):
     """A segment that was fitted: its label, its rows in the cloud, and the `recognition`.
 
     Where it could not be fitted `recognition` is None and `problem` says why; it is empty otherwise.
+
+    Examples
+    --------
+    >>> import primfit
+    >>> primfit.fit_segments([[0, 0, 0], [1, 0, 0]], ["stray", "stray"])[0].problem
+    '2 points given; at least 3 are needed'
     """
 
     label: Label
@@ -51,7 +58,29 @@ class Segment:
         return f"<Segment {self.label!r}, {len(self.rows)} points: {(self.recognition or self.problem)!r}>"
 
 
-def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options: Any) -> list[Segment]:
+class Segments(list[Segment]):
+    """The segments of a cloud: a list that exports as one file.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> segments = primfit.fit_segments(np.vstack([points, points + 9.0]), [7] * 300 + [8] * 300)
+    >>> len(segments), segments[0].label
+    (2, 7)
+    >>> segments.export("csv").count(b"fitted")
+    2
+    """
+
+    def export(self, artifact: str, **options: Any) -> bytes:
+        """`primfit.export_segments` of all of them: `step`, `glb`, `csv` or `report`."""
+        import primfit  # what writes files stands above this package
+
+        return primfit.export_segments(self, artifact, **options)
+
+
+def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options: Any) -> Segments:
     """`fit` each segment of a cloud: the points of one label.
 
     Parameters
@@ -63,8 +92,8 @@ def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options:
 
     Returns
     -------
-    The segments by label, in ascending order. One that cannot be fitted, with two points, say, has a
-    `problem` and no `recognition`; it does not keep the others from theirs.
+    The segments by label, in ascending order, as a list that exports as one file. One that cannot be fitted,
+    with two points, say, has a `problem` and no `recognition`; it does not keep the others from theirs.
 
     Raises
     ------
@@ -75,6 +104,16 @@ def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options:
         An option is unknown or out of range.
     RuntimeError
         A process was ended from outside, as for want of memory.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> for segment in primfit.fit_segments(np.vstack([points, points + 9.0]), [7] * 300 + [8] * 300):
+    ...     print(segment.label, segment.recognition.primitive.kind)
+    7 sphere
+    8 sphere
     """
     if workers < 1:
         raise InvalidOptionError("workers must be at least 1", "workers")
@@ -90,8 +129,18 @@ def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options:
     with Team(min(workers, len(sizes))) as team:
         work, shares = partial(_fitted, options), chunks(pieces(whole, team.scratch()), sizes, team.size)
         found = list(team.in_order(team.submit(work, share) for share in shares))
-    rows = (whole.rows[start:stop] for start, stop in pairwise(whole.bounds))
-    return [Segment(label, part, *each) for label, part, each in zip(whole.labels, rows, found, strict=True)]
+    # Each segment keeps a view of its points, which no process has to send back.
+    ordered = coordinates[whole.rows]
+    bounds = pairwise(whole.bounds)
+    return Segments(
+        Segment(
+            label,
+            whole.rows[start:stop],
+            recognition and recognition.with_points(ordered[start:stop]),
+            problem,
+        )
+        for label, (start, stop), (recognition, problem) in zip(whole.labels, bounds, found, strict=True)
+    )
 
 
 def _fitted(options: Mapping[str, Any], piece: Piece) -> tuple[Recognition | None, str]:

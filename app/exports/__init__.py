@@ -126,7 +126,8 @@ def export(
     Parameters
     ----------
     artifacts : a key of `FORMATS`, or several
-    points : (N, 3) that were fitted, whatever `fit` takes; `residuals_...`, `form` and `report` need them
+    points : (N, 3) that were fitted, whatever `fit` takes; `residuals_...`, `form` and `report` need them.
+        None for those that the answer has kept
     options : keyword arguments that `fit` had beside the points, for the receipt in the report
     unit : of the coordinates, `mm`, `m`, ...; None for that of the answer, if it has one. STEP files need it
     chord_error : largest distance of a mesh from the surface, as a share of the size, in [1e-5, 0.1]
@@ -141,6 +142,17 @@ def export(
         The points are not finite (N, 3).
     NothingToExportError
         No primitive, or no extents to trim it to.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> recognition = primfit.fit(points)
+    >>> primfit.export(recognition, "step", unit="mm")[:13]
+    b'ISO-10303-21;'
+    >>> list(primfit.export(recognition, ["csv", "report"], unit="mm"))
+    ['csv', 'report']
     """
     names = [artifacts] if isinstance(artifacts, str) else list(artifacts)
     for name in names:

@@ -12,11 +12,13 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.cloud.cloud import check_coordinates, check_points
 from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.extents.values import Extents
+from primfit.fitting.names import Unit
 from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.primitive import Primitive
 
 from ..engine.arrays import as_cloud, as_floats
 from ..engine.fit import config_of
+from ..readers import without_missing
 from ..readers.cloud import PER_POINT, Array, Cloud
 from .drawing import Shape, shape_of
 
@@ -25,7 +27,18 @@ COUNTS = ("weights", "standard_deviations")
 
 
 class NothingToExportError(ValueError):
-    """There is no primitive, or no extents to trim it to."""
+    """There is no primitive, or no extents to trim it to.
+
+    Examples
+    --------
+    >>> import primfit
+    >>> flat = [[x, y, 0.0] for x in range(9) for y in range(9)]
+    >>> try:
+    ...     primfit.export(primfit.fit(flat, kinds=["torus"]), "step", unit="mm")
+    ... except primfit.NothingToExportError:
+    ...     print("no torus was found")
+    no torus was found
+    """
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,10 +99,10 @@ class Fitted:
     @cached_property
     def residuals(self) -> Residuals:
         """Of all points."""
-        points, inliers = self.points, self.recognition.inliers
+        points, rule = self.points, self.recognition.inlier_rule
         distance = self.primitive.signed_distance(points)
-        assert inliers
-        return Residuals(distance, inliers.among(points))
+        assert rule
+        return Residuals(distance, rule.among(points))
 
     @cached_property
     def form(self) -> Form:
@@ -109,14 +122,14 @@ def of_kind(fitted: Fitted, kind: str | None) -> Fitted:
     if chosen is None:
         kinds = [each.kind for each in (found.primitive, *(o.primitive for o in found.alternatives)) if each]
         raise NothingToExportError(f"the answer holds no {kind}; it holds {' and '.join(kinds) or 'nothing'}")
-    assert found.inliers
+    assert found.inlier_rule
     recognition = replace(
         found,
         primitive=chosen.primitive,
         error=chosen.error,
         extents=chosen.extents,
         uncertainty=chosen.uncertainty,
-        inliers=replace(found.inliers, surface=chosen.primitive),
+        inlier_rule=replace(found.inlier_rule, surface=chosen.primitive),
         alternatives=tuple(other for other in found.alternatives if other is not chosen),
     )
     return replace(fitted, recognition=recognition)
@@ -131,23 +144,34 @@ def check_extents(include: Collection[str]) -> None:
         )
 
 
-def fitted_points(recognition: Recognition, points: Any, options: Mapping[str, Any] | None = None) -> Fitted:
+def fitted_points(
+    recognition: Recognition, points: Any = None, options: Mapping[str, Any] | None = None
+) -> Fitted:
     """An answer with points from Python, and the keyword arguments that `fit` had beside them.
+
+    Without points those that the answer has kept count. Missing ones do not.
 
     Raises `InvalidPointCloudError` and `InvalidOptionError` for what `fit` would not have taken.
     """
-    if points is None:
+    coordinates = recognition.points if points is None else as_cloud(points)[0]
+    if coordinates is None:
         return Fitted(recognition)
-    coordinates = check_points(as_cloud(points)[0])
     if options is None:
-        return Fitted(recognition, _cloud_of(coordinates))
+        return Fitted(recognition, _cloud_in(recognition.unit, coordinates))
     for name in options:
         if name not in OPTIONS and name not in PER_POINT:
             raise InvalidOptionError(
                 f"options holds {name!r:.40}; allowed are {', '.join(OPTIONS)}", "options"
             )
     arrays = {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
-    return Fitted(recognition, _cloud_of(coordinates, **arrays), _used(options))
+    return Fitted(recognition, _cloud_in(recognition.unit, coordinates, **arrays), _used(options))
+
+
+def _cloud_in(unit: Unit | None, points: Array, **beside: Any) -> Cloud:
+    """The points as they were fitted: checked, without those that are missing, in their unit."""
+    cloud = without_missing(replace(_cloud_of(points, **beside), unit=unit))
+    check_points(cloud.points)
+    return cloud
 
 
 def _used(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -161,25 +185,45 @@ def _cloud_of(points: Array, **beside: Any) -> Cloud:
     return Cloud(points, columns=("x", "y", "z"), normals=None, format="array", **beside)
 
 
-def residuals(recognition: Recognition, points: Any) -> Residuals:
+def residuals(recognition: Recognition, points: Any = None) -> Residuals:
     """Signed distances of points from the answered primitive, and which of them belong to it.
 
     Parameters
     ----------
     recognition : what `fit` found; of an ambiguous answer the first primitive counts
     points : (N, 3) in the unit that was fitted, the same ones or others, and however few;
-        an array or another object that `fit` takes
+        an array or another object that `fit` takes. None for those that were fitted, where the answer still
+        has them
 
     Raises
     ------
     NothingToExportError
         The answer holds no primitive.
     InvalidPointCloudError
-        The points are not finite (N, 3).
+        The points are not finite (N, 3), or the answer has left its own behind.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> recognition = primfit.fit(primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar))
+    >>> primfit.residuals(recognition, [[2.25, 0, 0], [0, 1.5, 0]]).distance.round(9)
+    array([ 0.25, -0.5 ])
     """
-    return Fitted(recognition, _cloud_of(check_coordinates(as_cloud(points)[0]))).residuals
+    given = recognition.kept_points() if points is None else check_coordinates(as_cloud(points)[0])
+    return Fitted(recognition, _cloud_of(given)).residuals
 
 
-def form_errors(recognition: Recognition, points: Any) -> Form:
-    """Form errors of the points that belong to the answered primitive; parameters as in `residuals`."""
+def form_errors(recognition: Recognition, points: Any = None) -> Form:
+    """Form errors of the points that belong to the answered primitive; parameters as in `residuals`.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> x, y = np.random.default_rng(0).random((2, 300))
+    >>> recognition = primfit.fit(np.stack([x, y, 1e-3 * np.sin(9.0 * x)], axis=1), tolerance=0.01)
+    >>> form = primfit.form_errors(recognition)
+    >>> form.name, round(form.minimum_zone.form_error, 4)
+    ('flatness', 0.002)
+    """
     return fitted_points(recognition, points).form

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -102,6 +103,14 @@ def _stl(mesh: Mesh, said: Said) -> bytes:
 
 
 def _glb(mesh: Mesh, said: Said) -> bytes:
+    import trimesh
+
+    scene = trimesh.Scene()
+    add_node(scene, said.kind, mesh, said)
+    return bytes(scene.export(file_type="glb"))
+
+
+def add_node(scene: Any, name: str, mesh: Mesh, said: Said) -> None:
     """A mesh about the origin in a node that says where it is: vertices of a GLB are float32.
 
     In meters, as glTF has it, where the unit is known.
@@ -112,12 +121,10 @@ def _glb(mesh: Mesh, said: Said) -> bytes:
     if said.unit is not None:
         vertices = vertices * METERS[said.unit]
     where = vertices.mean(axis=0)
-    scene = trimesh.Scene()
     place = trimesh.transformations.translation_matrix(where)
     metadata = {"kind": said.kind, "unit": "m" if said.unit else "not given"}
     local = trimesh.Trimesh(vertices - where, triangles, process=False, metadata=metadata)
-    scene.add_geometry(local, said.kind, said.kind, transform=place)
-    return bytes(scene.export(file_type="glb"))
+    scene.add_geometry(local, name, name, transform=place)
 
 
 _WRITERS: dict[str, Callable[[Mesh, Said], bytes]] = {"glb": _glb, "obj": _obj, "stl": _stl, "ply": _ply}

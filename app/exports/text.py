@@ -1,6 +1,7 @@
 """The answer as one row of a table, and as a prediction of the SHREC 2022 track."""
 
-import csv as rows
+import csv as csv_rows
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from io import StringIO
 from typing import Any
@@ -16,6 +17,21 @@ from .options import ExportOptions
 
 def csv(fitted: Fitted, options: ExportOptions) -> bytes:
     """A header and a row: status, kind, parameters, error and noise; vectors as three columns."""
+    row = row_of(fitted)
+    return table([row], list(row))
+
+
+def table(rows: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> bytes:
+    """Rows under a header; what a row lacks is empty."""
+    stream = StringIO()
+    writer = csv_rows.DictWriter(stream, columns)
+    writer.writeheader()
+    writer.writerows(rows)
+    return stream.getvalue().encode()
+
+
+def row_of(fitted: Fitted) -> dict[str, Any]:
+    """The cells of an answer by the names of their columns."""
     primitive, recognition = fitted.primitive, fitted.recognition
     assert recognition.error and recognition.noise
     row: dict[str, Any] = {"status": recognition.status}
@@ -25,12 +41,7 @@ def csv(fitted: Fitted, options: ExportOptions) -> bytes:
         else:
             row[name] = value
     row |= asdict(recognition.error)
-    row |= _noise(recognition.noise)
-    stream = StringIO()
-    writer = rows.DictWriter(stream, list(row))
-    writer.writeheader()
-    writer.writerow(row)
-    return stream.getvalue().encode()
+    return row | _noise(recognition.noise)
 
 
 def _noise(noise: NoiseSummary) -> dict[str, float | None]:

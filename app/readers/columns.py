@@ -154,7 +154,8 @@ def number_columns(width: int, pick: Pick = FOUND, first: int = 0) -> Columns:
     Those of x, y and z are three in a row; `first` is the position of x.
     """
     if width < 3:
-        raise UnreadableFileError("file", f"rows hold {width} values; a point needs x, y and z")
+        message = f"rows hold {width} values; a point needs x, y and z"
+        raise UnreadableFileError("file", message, no_cloud=True)
     numbers = [str(number) for number in range(1, width + 1)]
     if pick.columns is not None:
         return find_columns(numbers, pick)
@@ -250,5 +251,6 @@ def _places(names: Sequence[str]) -> dict[str, int]:
             "header",
             f"no column named {', '.join(missing)} among {listed(names)}; say which are x, y and z: "
             "columns=NAME,NAME,NAME, or by their numbers from 1",
+            no_cloud=True,
         )
     return {meaning: index for meaning, (index,) in places.items()}

@@ -19,14 +19,24 @@ class FieldError:
 
 
 class UnreadableFileError(ValueError):
-    """The bytes are not a cloud; `field` and `message` say where and why, `errors` lists more."""
+    """The bytes are not a cloud; `field` and `message` say where and why, `errors` lists more.
+
+    With `no_cloud` they are not meant for one: a table of something else, a text without numbers, nothing.
+    """
 
     def __init__(
-        self, field: str, message: str, value: str | None = None, errors: Sequence[FieldError] = ()
+        self,
+        field: str,
+        message: str,
+        value: str | None = None,
+        errors: Sequence[FieldError] = (),
+        *,
+        no_cloud: bool = False,
     ) -> None:
         super().__init__(message)
         self.field = field
         self.message = message
+        self.no_cloud = no_cloud
         self.errors = tuple(errors)[:SHOWN] or (FieldError(field, message, value),)
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -101,7 +101,7 @@ def _sample(head: str, whole: bool) -> Lines:
     ]
     if not sample:
         where = "file holds" if whole else "first MiB holds"
-        raise InvalidPointsError("file", f"the {where} no points")
+        raise InvalidPointsError("file", f"the {where} no points", no_cloud=True)
     if re.match(r"(?i)(ncols|nrows)\s", sample[0][1]):
         raise UnreadableFileError("file", "an ESRI grid of heights is not a list of points; export it as XYZ")
     return sample
@@ -125,7 +125,7 @@ def _first_row(sample: Lines) -> int:
     numbers = [sum(_is_value(cell.strip('"')) for cell in _ANY_CUT.split(line)) for _, line in sample]
     found = next((k for least in (3, 1) for k, count in enumerate(numbers) if count >= least), None)
     if found is None:
-        raise InvalidPointsError("file", "the file holds no rows of numbers")
+        raise InvalidPointsError("file", "the file holds no rows of numbers", no_cloud=True)
     return found
 
 

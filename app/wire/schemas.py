@@ -303,7 +303,7 @@ class Receipt(BaseModel):
 FitAnswer = _wire.model(
     result.Recognition,
     "FitAnswer",
-    without=("n_points", "inliers", "include", "unit"),
+    without=("n_points", "inlier_rule", "include", "points", "unit"),
     doc="Which primitive the cloud is, and the evidence.",
     alternatives=list[Alternative],  # type: ignore[valid-type]
     extents=Extents | None,

@@ -176,10 +176,10 @@ def _kind(answer: Recognition) -> str | None:
 
 def _apart(points: Array, before: Recognition, after: Recognition, by: Moved) -> float:
     """Root mean square distance of two surfaces of one kind at the points that belong to the first."""
-    if before.primitive is None or before.inliers is None or after.primitive is None:
+    if before.primitive is None or before.inlier_rule is None or after.primitive is None:
         return 0.0
     kind = before.primitive.kind
-    held = points[before.inliers.among(points)]
+    held = points[before.inlier_rule.among(points)]
     held = held[:: max(1, len(held) // MOST_COMPARED)]
     surfaces = (oracles.long(parameters(each)) for each in (before.primitive, by.undo(after.primitive)))
     one, other = (oracles.distances(kind, surface, held.astype(np.longdouble)) for surface in surfaces)

@@ -21,7 +21,7 @@ from ..uncertainty.values import Uncertainty
 from ..verdict.judge import Claim, Decision
 from ..words import figure, listed, sentences
 from .conformance import Candidate, Conformance, conformance
-from .residuals import Inliers
+from .residuals import InlierRule
 from .result import Alternative, Attempt, Outcome, Recognition
 from .values import ErrorSummary
 
@@ -108,7 +108,7 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
         extents=extents,
         uncertainty=uncertainty,
         conformance=_conformance(decision, best, fitted, uncertainty, config),
-        inliers=Inliers(cloud.frame.restore(evidence.primitive), cloud.frame.scale * evidence.reach),
+        inlier_rule=InlierRule(cloud.frame.restore(evidence.primitive), cloud.frame.scale * evidence.reach),
         include=config.include,
         unit=config.unit,
     )

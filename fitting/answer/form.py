@@ -13,6 +13,7 @@ import numpy as np
 
 from ..cloud.cloud import Cloud
 from ..cloud.frame import Frame
+from ..equality import ByValue
 from ..errors import FailedFit, InvalidPointCloudError
 from ..geometry.vectors import Array
 from ..primitives.primitive import NO_ROWS, Primitive
@@ -32,7 +33,7 @@ SAME_WIDTH, ROUNDING = 1e-12, 1e-15
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class Reference(ByValue):
     """A reference feature, and how the points deviate from it, in input units.
 
     Attributes
@@ -58,8 +59,18 @@ class Reference:
 
 
 @dataclass(frozen=True, eq=False)
-class Form:
-    """The form error of some points: `name` is flatness, cylindricity, ... ; see `Reference`."""
+class Form(ByValue):
+    """The form error of some points: `name` is flatness, cylindricity, ... ; see `Reference`.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> x, y = np.random.default_rng(0).random((2, 300))
+    >>> plate = np.stack([x, y, np.where(np.arange(300) % 2, 0.001, -0.001)], axis=1)
+    >>> form = primfit.form_errors(primfit.fit(plate))
+    >>> form.name, round(form.minimum_zone.form_error, 6)
+    ('flatness', 0.002)
+    """
 
     name: str
     n_points: int

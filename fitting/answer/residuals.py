@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..equality import ByValue
 from ..geometry.vectors import Array
 from ..primitives.primitive import Primitive
 
@@ -16,7 +17,7 @@ SMALLEST = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
-class Inliers:
+class InlierRule(ByValue):
     """Which points belong to an answer: those near the robust fit of its kind.
 
     Attributes
@@ -34,7 +35,7 @@ class Inliers:
 
 
 @dataclass(frozen=True, eq=False)
-class Residuals:
+class Residuals(ByValue):
     """Of all points, in their order.
 
     Attributes
@@ -42,6 +43,15 @@ class Residuals:
     distance : (N,) signed orthogonal distances [length], positive on the outer side of a sphere, cylinder,
         cone or tube of a torus, and on the side of a plane that its normal points to
     inlier : (N,) mask of the points that were not rejected as outliers
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> found = primfit.residuals(primfit.fit(points), [[0, 0, 2], [0, 0, 3]])
+    >>> found.distance.round(9), found.inlier
+    (array([0., 1.]), array([ True, False]))
     """
 
     distance: Array
@@ -49,7 +59,7 @@ class Residuals:
 
 
 @dataclass(frozen=True, eq=False)
-class Histogram:
+class Histogram(ByValue):
     """Counts (K,) between edges (K + 1,) [length], evenly spaced about 0; every value is counted."""
 
     edges: Array
@@ -63,7 +73,7 @@ class Histogram:
 
 
 @dataclass(frozen=True, eq=False)
-class Deviations:
+class Deviations(ByValue):
     """What signed distances are like [length].
 
     Attributes

@@ -1,12 +1,17 @@
 """What `recognize` hands back: values, never exceptions, for every expected outcome."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass, field, replace
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal, Self
 
+import numpy as np
 import orjson
+from numpy.typing import NDArray
 
+from ..errors import InvalidPointCloudError
 from ..extents.values import Extents
+from ..geometry.vectors import Array
 from ..names import ANSWER_PARTS, Unit
 from ..plain import plain
 from ..primitives import parameters
@@ -14,9 +19,12 @@ from ..primitives.primitive import Primitive
 from ..uncertainty.values import Uncertainty
 from ..verdict.judge import Status
 from .conformance import Conformance
-from .residuals import Inliers
+from .residuals import InlierRule
 from .summary import summary
 from .values import ErrorSummary, NoiseSummary
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Outcome = Literal["accepted", "refused", "failed"]
 
@@ -32,6 +40,14 @@ class Attempt:
     evidence : natural logarithm of the kind's probability over that of the best kind: 0 for that one,
         negative for the others, but for those refused by themselves or equal within `tolerance`; None if the
         kind was not weighed
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> [(attempt.kind, attempt.outcome) for attempt in primfit.fit(points, kinds=["sphere"]).attempts]
+    [('sphere', 'accepted')]
     """
 
     kind: str
@@ -68,6 +84,18 @@ class Alternative:
     evidence : natural logarithm of its probability over that of the best kind, as in its attempt: 0 for that
         one, negative for the others, but for those refused by themselves or equal within `tolerance`; None if
         the kind was not weighed
+
+    Examples
+    --------
+    Two rings lie on a sphere and on a cone:
+
+    >>> import numpy as np, primfit
+    >>> angle = np.linspace(0.0, 6.0, 60)
+    >>> ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(60)], axis=1)
+    >>> points = np.vstack([ring, [2, 2, 1] * (ring + [0, 0, 1])])
+    >>> recognition = primfit.fit(points, kinds=["sphere", "cone"])
+    >>> recognition.status, [other.primitive.kind for other in recognition.alternatives]
+    ('ambiguous', ['cone'])
     """
 
     primitive: Primitive
@@ -89,7 +117,10 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Recognition:
-    """The answer for one cloud; `print` shows it in words and aligned numbers.
+    """The answer for one cloud; `print` shows it in words and aligned numbers, a notebook with a picture.
+
+    It keeps the points that it is about, by reference, for `inliers`, `residuals` and pictures. They take no
+    part in a comparison, and are left behind when it is pickled: `with_points` gives them again.
 
     Attributes
     ----------
@@ -107,10 +138,22 @@ class Recognition:
     uncertainty : how well `primitive` is known; None with `no_fit`, and with `minimum_zone`,
         `minimum_circumscribed` and `maximum_inscribed`, or where it was not asked for (`include`)
     conformance : `form_tolerance` and `nominal` held against what was found; None where neither was given
-    inliers : which points belong to `primitive`; None without one
+    inlier_rule : which points belong to `primitive`, these or others; None without one
     include : which of the parts `extents` and `uncertainty` were asked for
     warnings : what to know of the points, as that some are missing, a sentence each
     unit : of all lengths, where it is known
+    points : (N, 3) that were given, NaN where one was missing; None where they were left behind
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, height = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [9.0]])
+    >>> points = primfit.Cylinder(axis=[0, 0, 1], point=[0, 0, 0], radius=2.0).surface(azimuth, height)
+    >>> recognition = primfit.fit(points)
+    >>> recognition
+    <Recognition: fitted, cylinder, 300 points>
+    >>> int(recognition.inliers.sum()), recognition.residuals.shape
+    (300, (300,))
     """
 
     status: Status
@@ -125,10 +168,44 @@ class Recognition:
     extents: Extents | None = None
     uncertainty: Uncertainty | None = None
     conformance: Conformance | None = None
-    inliers: Inliers | None = None
+    inlier_rule: InlierRule | None = None
     include: tuple[str, ...] = ANSWER_PARTS
     warnings: tuple[str, ...] = ()
     unit: Unit | None = None
+    points: Array | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def residuals(self) -> Array:
+        """(N,) signed distances of all points from `primitive` [length]; NaN without one."""
+        points = self.kept_points()
+        return (
+            np.full(len(points), np.nan) if self.primitive is None else self.primitive.signed_distance(points)
+        )
+
+    @property
+    def inliers(self) -> NDArray[np.bool_]:
+        """(N,) which of the points belong to `primitive`: those that were not rejected as outliers."""
+        points = self.kept_points()
+        return np.zeros(len(points), bool) if self.inlier_rule is None else self.inlier_rule.among(points)
+
+    def kept_points(self) -> Array:
+        """`points`; raises `InvalidPointCloudError` where they were left behind."""
+        if self.points is None:
+            raise InvalidPointCloudError(
+                "the answer left its points behind when it was pickled; with_points gives them again"
+            )
+        return self.points
+
+    def with_points(self, points: object) -> Self:
+        """The same answer with the points (N, 3) that it is about."""
+        array = np.asarray(points, np.float64)
+        if array.ndim != 2 or array.shape[1] != 3:
+            raise InvalidPointCloudError(f"points have shape {array.shape}; (N, 3) is needed")
+        return replace(self, points=array)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the points: an answer is small, whatever the cloud."""
+        return self.__dict__ | {"points": None}
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values: the body of `POST /fit` without its receipt."""
@@ -153,6 +230,28 @@ class Recognition:
 
     def __str__(self) -> str:
         return summary(self.to_dict() | {"receipt": {"n_points": self.n_points, "unit": self.unit}})
+
+    # What draws and writes files stands above this package: it is asked for by its public name, as users do.
+
+    def export(self, artifacts: Any, **options: Any) -> Any:
+        """`primfit.export` of this answer and its points."""
+        import primfit
+
+        return primfit.export(self, artifacts, **options)
+
+    def plot(self, axes: "Axes | None" = None) -> "Axes":
+        """`primfit.plot`: the points in 3D, colored by their residuals, with the outline of the primitive."""
+        import primfit
+
+        return primfit.plot(self, axes)
+
+    def _repr_html_(self) -> str:
+        import primfit
+
+        words = f"<pre>{escape(str(self))}</pre>"
+        if self.points is None:
+            return words
+        return f'<div style="max-width: 24rem">{primfit.picture(self)}</div>{words}'
 
     def __repr__(self) -> str:
         found = (self.primitive, *(other.primitive for other in self.alternatives))

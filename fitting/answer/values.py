@@ -16,6 +16,14 @@ class ErrorSummary:
     inlier_rms : rms of the points not rejected as outliers
     inlier_zone : as `zone`, of those points only
     inlier_share : share of the points not rejected as outliers
+
+    Examples
+    --------
+    >>> import primfit
+    >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.5]]
+    >>> error = primfit.fit(corners, kinds=["plane"], criterion="least_squares").error
+    >>> 0.0 < error.rms < error.max < error.zone
+    True
     """
 
     rms: float
@@ -37,6 +45,15 @@ class Deviation:
     ----------
     size : rms of the deviation
     range : distance over which points share it
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> x, y = np.random.default_rng(0).random((2, 2000))
+    >>> points = np.stack([x, y, 0.01 * np.sin(9.0 * x)], axis=1)
+    >>> smooth = primfit.fit(points, kinds=["plane"], tolerance=0.1).noise.smooth
+    >>> isinstance(smooth, primfit.Deviation), 0.003 < smooth.size < 0.03
+    (True, True)
     """
 
     size: float
@@ -61,6 +78,15 @@ class NoiseSummary:
         show
     smooth : a smooth deviation of the cloud from the surface, as a bowed part or a wrong shape has; None
         where it does not show
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> noise = primfit.fit(points + np.random.default_rng(1).normal(0.0, 0.01, (300, 3))).noise
+    >>> 0.008 < noise.scale < 0.012, noise.exact_share
+    (True, 0.0)
     """
 
     scale: float

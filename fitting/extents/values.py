@@ -7,6 +7,7 @@ from functools import cache
 from typing import Annotated, Any, ClassVar, Self, get_type_hints
 
 from ..cloud.frame import Frame
+from ..equality import ByValue
 from ..geometry.vectors import Array
 from ..plain import plain
 from ..words import figure
@@ -44,7 +45,7 @@ Places = Annotated[tuple[tuple[Array, ...], ...], _places]
 
 
 @dataclass(frozen=True, eq=False)
-class Extents:
+class Extents(ByValue):
     """What the extents of all kinds have in common; `fitting/extents/spread.h` counts the coverage.
 
     Attributes

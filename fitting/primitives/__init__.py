@@ -23,7 +23,14 @@ DIRECTIONS = tuple(name for name in VECTORS if name.endswith(("axis", "normal"))
 
 
 def parameters(primitive: Primitive) -> dict[str, str | float | list[float]]:
-    """The public parameters as plain values, `kind` first."""
+    """The public parameters as plain values, `kind` first.
+
+    Examples
+    --------
+    >>> import primfit
+    >>> primfit.parameters(primfit.Sphere(center=[0, 0, 0], radius=2.0))
+    {'kind': 'sphere', 'center': [0.0, 0.0, 0.0], 'radius': 2.0}
+    """
     values: dict[str, str | float | list[float]] = {"kind": primitive.kind}
     for name in field_names(type(primitive)):
         value = getattr(primitive, name)

@@ -52,6 +52,13 @@ class Cone(Primitive):
     apex : (3,)
     axis : (3,) unit vector from the apex into the nappe that holds the points
     half_angle : radians, between 0 and pi/2
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> cone = primfit.Cone(apex=[0, 0, 0], axis=[0, 0, 1], half_angle=np.radians(45))
+    >>> cone.signed_distance(np.array([[3.0, 0.0, 1.0]])).round(6)
+    array([1.414214])
     """
 
     apex: Array

@@ -38,6 +38,13 @@ class Cylinder(Primitive):
     ----------
     axis : (3,) unit vector
     point : (3,) on the axis; in an answer the one closest to the centroid of the cloud
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> cylinder = primfit.Cylinder(axis=[0, 0, 1], point=[0, 0, 0], radius=2.0)
+    >>> cylinder.signed_distance(np.array([[2.5, 0.0, 7.0]]))
+    array([0.5])
     """
 
     axis: Array

@@ -23,6 +23,13 @@ class Plane(Primitive):
     ----------
     normal : (3,) unit vector
     point : (3,) on the plane; in an answer the one closest to the centroid of the cloud
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> plane = primfit.Plane(normal=[0, 0, 1], point=[0, 0, 5])
+    >>> plane.signed_distance(np.array([[1.0, 2.0, 7.0], [3.0, 4.0, 4.5]]))
+    array([ 2. , -0.5])
     """
 
     normal: Array

@@ -6,6 +6,7 @@ from typing import ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
+from ..equality import equal_records, hash_of_record
 from ..geometry.vectors import Array
 from ..guesses.oriented import Oriented
 
@@ -74,6 +75,14 @@ class Primitive(Protocol):
     quadrics : how many quadrics, linearly independent, hold all of it
     flat : it is a plane
     has_sign : its axis may point one way only
+
+    Examples
+    --------
+    >>> import primfit
+    >>> def size(primitive: primfit.Primitive) -> float:
+    ...     return getattr(primitive, "radius", 0.0)
+    >>> size(primfit.Sphere([0, 0, 0], 2.0))
+    2.0
     """
 
     kind: ClassVar[str]
@@ -83,6 +92,12 @@ class Primitive(Protocol):
     quadrics: ClassVar[int] = 1
     flat: ClassVar[bool] = False
     has_sign: ClassVar[bool] = True
+
+    def __eq__(self, other: object) -> bool:
+        return equal_records(self, other)
+
+    def __hash__(self) -> int:
+        return hash_of_record(self)
 
     def signed_distance(self, points: Array) -> Array:
         """Signed orthogonal distances, shape (N,), positive on the outer side."""

@@ -27,6 +27,15 @@ class Sphere(Primitive):
     Attributes
     ----------
     center : (3,)
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> sphere = primfit.Sphere(center=[0, 0, 0], radius=2.0)
+    >>> sphere.signed_distance(np.array([[2.5, 0.0, 0.0], [0.0, 1.0, 0.0]]))
+    array([ 0.5, -1. ])
+    >>> sphere == primfit.Sphere(center=(0, 0, 0), radius=2)
+    True
     """
 
     center: Array

@@ -60,6 +60,13 @@ class Torus(Primitive):
     Notes
     -----
     Of a spindle torus `surface` gives the inner sheet, too.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> torus = primfit.Torus(center=[0, 0, 0], axis=[0, 0, 1], major_radius=3.0, minor_radius=1.0)
+    >>> torus.signed_distance(np.array([[5.0, 0.0, 0.0], [0.0, 3.0, 1.0]]))
+    array([1., 0.])
     """
 
     center: Array

@@ -59,6 +59,12 @@ class Config:
     include : which of the parts `extents` and `uncertainty` are computed and answered; the others are None
     unit : one of `UNITS`, which stands beside lengths in words and changes nothing else; None where it is not
         known
+
+    Examples
+    --------
+    >>> import primfit
+    >>> primfit.Config(kinds=("plane", "sphere"), seed=7).criterion
+    'robust'
     """
 
     kinds: tuple[str, ...] = KINDS

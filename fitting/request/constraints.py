@@ -31,7 +31,14 @@ TOUCHES = 1e-9
 
 @dataclass(frozen=True)
 class Range:
-    """A number from `low` to `high`, both included; fixed where they are equal."""
+    """A number from `low` to `high`, both included; fixed where they are equal.
+
+    Examples
+    --------
+    >>> import primfit
+    >>> primfit.Constraints(radius=primfit.Range(4.0, 6.0)).plain()
+    {'radius': {'min': 4.0, 'max': 6.0}}
+    """
 
     low: float = 0.0
     high: float = math.inf
@@ -43,7 +50,14 @@ class Range:
 
 @dataclass(frozen=True)
 class Direction:
-    """An axis or a normal within `max_angle` [rad] of a direction, up to sign; fixed where that is 0."""
+    """An axis or a normal within `max_angle` [rad] of a direction, up to sign; fixed where that is 0.
+
+    Examples
+    --------
+    >>> import primfit
+    >>> primfit.Constraints(axis=primfit.Direction((0, 0, 1), max_angle=0.05)).plain()
+    {'axis': {'direction': [0.0, 0.0, 1.0], 'max_angle': 0.05}}
+    """
 
     direction: Triple
     max_angle: float = 0.0
@@ -74,6 +88,17 @@ class Constraints:
     ------
     InvalidOptionError
         One that cannot be meant.
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> known = primfit.Constraints(radius=primfit.Range(2.5, 3.0))
+    >>> primfit.fit(points, kinds=["sphere"], constraints=known).active_constraints
+    {'radius': 'at its lower bound 2.5'}
+    >>> known == primfit.Constraints.of({"radius": {"min": 2.5, "max": 3.0}})
+    True
     """
 
     radius: Range | None = None
@@ -87,17 +112,20 @@ class Constraints:
     point: Triple | None = None
 
     def __post_init__(self) -> None:
-        """What was built by hand passes the same checks as what was parsed."""
-        for name, value in self.given.items():
-            _PARSERS[name](f"constraints.{name}", _plain(value))
+        """What was built by hand passes the same checks as what was parsed, and may be as plain."""
+        for name, parse in _PARSERS.items():
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, parse(f"constraints.{name}", _plain(value)))
 
     @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
+    def of(cls, values: Self | Mapping[str, Any]) -> Self:
         """From plain values: `{"radius": {"min": 4, "max": 6}, "axis": {"direction": [0, 0, 1]}, ...}`.
 
         A number is `{"value": v}` or `{"min": a, "max": b}`, of which one may be left out; a direction has a
-        `max_angle`, 0 by default; a position is `[x, y, z]`.
+        `max_angle`, 0 by default; a position is `[x, y, z]`. Constraints are taken as they are.
         """
+        if isinstance(values, cls):
+            return values
         parts = _parts("constraints", values, tuple(_PARSERS))
         return cls(**{name: _PARSERS[name](f"constraints.{name}", value) for name, value in parts.items()})
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from ..equality import ByValue
 from ..geometry.vectors import Array
 from .warnings import Warning
 
@@ -61,7 +62,7 @@ class CorrelatedNoise:
 
 
 @dataclass(frozen=True, eq=False)
-class Uncertainty:
+class Uncertainty(ByValue):
     """How well the numbers of the primitive are known, in the unit of the input and in radians.
 
     Attributes

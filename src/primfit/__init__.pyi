@@ -1,7 +1,9 @@
 from .app.engine.estimator import PrimitiveFitter
 from .app.engine.fit import fit
-from .app.engine.segments import Segment, fit_segments
+from .app.engine.segments import Segment, Segments, fit_segments
 from .app.exports import NothingToExportError, export, form_errors, residuals
+from .app.exports.many import export_segments
+from .app.exports.pictures import picture, plot
 from .fitting.answer.form import Form
 from .fitting.answer.residuals import Residuals
 from .fitting.answer.result import Alternative, Attempt, Recognition
@@ -17,7 +19,7 @@ from .fitting.primitives.sphere import Sphere
 from .fitting.primitives.torus import Torus
 from .fitting.recognize import recognize
 from .fitting.request.config import Config
-from .fitting.request.constraints import Constraints
+from .fitting.request.constraints import Constraints, Direction, Range
 
 __version__: str
 
@@ -30,6 +32,7 @@ __all__ = [
     "Constraints",
     "Cylinder",
     "Deviation",
+    "Direction",
     "ErrorSummary",
     "Form",
     "InvalidOptionError",
@@ -39,17 +42,22 @@ __all__ = [
     "Plane",
     "Primitive",
     "PrimitiveFitter",
+    "Range",
     "Recognition",
     "Residuals",
     "Segment",
+    "Segments",
     "Sphere",
     "Torus",
     "__version__",
     "export",
+    "export_segments",
     "fit",
     "fit_segments",
     "form_errors",
     "parameters",
+    "picture",
+    "plot",
     "recognize",
     "residuals",
 ]

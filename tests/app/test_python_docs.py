@@ -1,4 +1,4 @@
-"""The examples of docs/python.md print what stands there, and so do those of docstrings."""
+"""The examples of docs/python.md print what stands there, and so do those of public docstrings."""
 
 import doctest
 import re
@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from primfit.app.engine import estimator
+import primfit
 from tests.paths import DOCS, ROOT
 
 TEXT = (DOCS / "python.md").read_text()
@@ -39,7 +39,10 @@ def test_a_block_prints_what_stands_there(block: str, scene: dict[str, Any]) -> 
     run(block, scene)
 
 
-def test_the_example_of_the_estimator_runs() -> None:
-    failures, tried = doctest.testmod(estimator)
-    assert tried > 0
-    assert failures == 0
+@pytest.mark.parametrize("name", sorted(set(primfit.__all__) - {"KINDS", "__version__"}))
+def test_what_is_public_has_an_example_that_runs(name: str) -> None:
+    public = getattr(primfit, name)
+    examples = doctest.DocTestParser().get_examples(public.__doc__)
+    assert examples
+    example = doctest.DocTest(examples, {}, name, None, None, public.__doc__)
+    assert doctest.DocTestRunner().run(example).failed == 0

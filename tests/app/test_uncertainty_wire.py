@@ -29,7 +29,7 @@ def shown(name: str, body: dict[str, object]) -> str:
 
 
 def test_the_schema_has_every_field_of_an_answer(tmp_path: Path) -> None:
-    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})
+    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})[1]
     known = FitAnswer.model_validate(body).uncertainty
     assert known is not None and known.covariance is not None
     assert known.parameters[-1] == "radius" and len(known.covariance) == 7
@@ -45,12 +45,12 @@ def test_a_terminal_shows_intervals_and_warnings(tmp_path: Path) -> None:
 
 
 def test_an_end_that_is_open_is_said(tmp_path: Path) -> None:
-    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})
+    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})[1]
     body["uncertainty"]["intervals"]["radius"].update(high=None)
     assert re.search(r"radius +49\.\d+ \(at least 49\.\d+\)", shown("pipe.csv", body))
 
 
 def test_no_uncertainty_is_null(tmp_path: Path) -> None:
-    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"], "criterion": "minimum_zone"})
+    body = answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"], "criterion": "minimum_zone"})[1]
     assert body["primitive"] is not None and body["uncertainty"] is None
     assert "direction within" not in shown("pipe.csv", body)

@@ -2,12 +2,18 @@
 
 import os
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from primfit.fitting.names import ANSWER_PARTS
+
 from .. import options as of
 from ..status import BAD_INPUT, EXIT, INTERNAL_ERROR, INTERRUPTED, complain, worst
+
+if TYPE_CHECKING:
+    from ..batch import Summary
+    from ..plan import Plan
 
 
 def batch(
@@ -41,6 +47,15 @@ def batch(
     columns: of.Columns = None,
     missing: of.Missing = None,
     unit: of.Unit = None,
+    step: Annotated[
+        Path | None, typer.Option(help="Write all trimmed primitives to it, as one assembly.", dir_okay=False)
+    ] = None,
+    table: Annotated[
+        Path | None, typer.Option(help="Write a row for each cloud to it, as CSV.", dir_okay=False)
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Write a page about all clouds to it, as HTML.", dir_okay=False)
+    ] = None,
 ) -> None:
     """Fit many clouds; each answer goes into a file of its own.
 
@@ -49,7 +64,9 @@ def batch(
     Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
     """
     from ...engine.team import LostWorkerError
-    from ..batch import SUFFIXES, CollisionError, InterruptedRunError, plan, run
+    from ..batch import InterruptedRunError, run
+    from ..gathered import Gathered
+    from ..plan import SUFFIXES, CollisionError, plan
 
     options = of.checked(
         kind,
@@ -68,15 +85,18 @@ def batch(
         unit,
     )
     try:
-        targets = plan(inputs, out, format, labels)
+        planned = plan(inputs, out, format, labels)
     except CollisionError as error:
         complain("batch", str(error))
         raise typer.Exit(BAD_INPUT) from None
-    if not targets:
+    if not planned.targets:
         complain("batch", f"no {' '.join(SUFFIXES)} file was found")
         raise typer.Exit(BAD_INPUT)
+    files = {"step": step, "csv": table, "report": report}
+    gathered = Gathered({name: file for name, file in files.items() if file is not None})
+    gathered.check(planned, options.get("include", ANSWER_PARTS))
     try:
-        summary = run(targets, format, options, workers, labels)
+        summary = run(planned, format, options, workers, labels, gathered.gather)
     except OSError as error:
         why = "it is no folder" if isinstance(error, FileExistsError) else error.strerror or error
         complain(str(error.filename or out), f"cannot be written: {why}")
@@ -87,8 +107,24 @@ def batch(
     except InterruptedRunError as error:
         complain("batch", f"{error}; answers are in {out}")
         raise typer.Exit(INTERRUPTED) from None
+    _tell(summary, planned, out)
+    if not summary.n_clouds:
+        raise typer.Exit(BAD_INPUT)
+    statuses = [problem.exit_status for problem in summary.problems]
+    raise typer.Exit(worst([*statuses, *gathered.write(summary.parts)]))
+
+
+def _tell(summary: "Summary", planned: "Plan", out: Path) -> None:
+    """Say what has no answer and why, what was skipped, and how many there are of each status."""
     for problem in summary.problems:
         complain(problem.name, problem.message)
-    counts = ", ".join(f"{summary.statuses[status]} {status}" for status in EXIT)
-    print(f"{summary.n_clouds} clouds: {counts}, {len(summary.problems)} with a problem; answers in {out}")
-    raise typer.Exit(worst(problem.exit_status for problem in summary.problems))
+    for other in summary.skipped:
+        complain(other.name, f"skipped, since it is no cloud: {other.message}")
+    if planned.others:
+        kinds = ", ".join(f"{n} {suffix}" for suffix, n in sorted(planned.others.items()))
+        complain("batch", f"skipped by their suffixes: {kinds}")
+    counts = [f"{summary.statuses[status]} {status}" for status in EXIT]
+    counts.append(f"{len(summary.problems)} with a problem")
+    if n_skipped := len(summary.skipped) + planned.others.total():
+        counts.append(f"{n_skipped} skipped")
+    print(f"{summary.n_clouds} clouds: {', '.join(counts)}; answers in {out}")

@@ -166,4 +166,4 @@ def _answers(
                 whole = Item.of_file(None if source.name == STDIN else base_name(source.name), number, ids)
             assert whole is not None
             item = whole if source.label is None else whole.segment(source.label, ids)
-            yield source.title, item, answer if isinstance(answer, Problem) else (None, answer)
+            yield source.title, item, answer if isinstance(answer, Problem) else (None, answer[1])

@@ -12,7 +12,7 @@ from primfit.fitting.names import KINDS
 from ..fitted import Fitted
 from ..options import ExportOptions, known_unit
 from .file import File
-from .product import product
+from .product import application, product
 
 Faces = tuple[str, list[list[str]]]
 """Reference to a surface, and of each face on it those to its bounds, the outer one first."""
@@ -34,11 +34,20 @@ SURFACES: dict[str, Surface] = {kind: cast(Surface, import_module(f".{kind}", __
 
 def step(fitted: Fitted, options: ExportOptions) -> bytes:
     """The file; raises `NothingToExportError` where there is nothing to trim."""
-    kind, status, shape = fitted.primitive.kind, fitted.recognition.status, fitted.shape
     file = File()
+    kind, status = fitted.primitive.kind, fitted.recognition.status
+    name = kind if status == "fitted" else f"{kind} ({status})"
+    unit = known_unit(options.unit)
+    product(file, application(file), name, shell_of(file, fitted), fitted.extents.area, unit)
+    return file.text(name).encode("ascii")
+
+
+def shell_of(file: File, fitted: Fitted) -> str:
+    """Add the shell of the trimmed primitive, and give the reference to it.
+
+    Raises `NothingToExportError` where there is nothing to trim; the file holds parts of it then.
+    """
+    kind, shape = fitted.primitive.kind, fitted.shape
     surface, bounds = SURFACES[kind].faces(file, fitted.primitive, shape)
     faces = [file.add(f"ADVANCED_FACE('{kind}',({','.join(of)}),{surface},.T.)") for of in bounds]
-    shell = file.add(f"{'CLOSED' if shape.is_closed else 'OPEN'}_SHELL('',({','.join(faces)}))")
-    name = kind if status == "fitted" else f"{kind} ({status})"
-    product(file, name, shell, fitted.extents.area, known_unit(options.unit))
-    return file.text(name).encode("ascii")
+    return file.add(f"{'CLOSED' if shape.is_closed else 'OPEN'}_SHELL('',({','.join(faces)}))")

@@ -51,12 +51,25 @@ class File:
             "ISO-10303-21;",
             "HEADER;",
             "FILE_DESCRIPTION(('a primitive recognised in a point cloud'),'2;1');",
-            f"FILE_NAME('{name}','{EPOCH}',(''),(''),'primfit {version('primfit')}','primfit','');",
+            f"FILE_NAME({quoted(name)},'{EPOCH}',(''),(''),'primfit {version('primfit')}','primfit','');",
             f"FILE_SCHEMA(('{SCHEMA}'));",
             "ENDSEC;",
             "DATA;",
         ]
         return "\n".join([*header, *self.lines, "ENDSEC;", "END-ISO-10303-21;", ""])
+
+
+def quoted(text: str) -> str:
+    """A text as Part 21 wants it: in quotes, ASCII alone, other characters by their numbers."""
+    doubled = text.replace("\\", "\\\\").replace("'", "''")
+    return f"'{''.join(map(_letter, doubled))}'"
+
+
+def _letter(letter: str) -> str:
+    if " " <= letter <= "~":
+        return letter
+    number = ord(letter)
+    return f"\\X4\\{number:08X}\\X0\\" if number > 0xFFFF else f"\\X2\\{number:04X}\\X0\\"
 
 
 def real(value: float) -> str:

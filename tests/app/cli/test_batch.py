@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from primfit.app.cli.batch import CollisionError, plan
 from primfit.app.cli.commands import app
+from primfit.app.cli.plan import CollisionError, plan
 from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.sphere import Sphere
 from tests.app.processes import children, needs_proc
@@ -47,10 +47,46 @@ def test_answers_problems_and_counts(clouds: Path, tmp_path: Path) -> None:
         "b/cloud.json",
     ]
     assert json.loads((tmp_path / "a" / "cloud.json").read_bytes())["primitive"]["kind"] == "sphere"
-    assert result.stderr.startswith(f"primfit: {clouds / 'words.txt'}: ")
-    assert len(result.stderr.splitlines()) == 1
-    assert result.stdout.startswith("3 clouds: 2 fitted, 0 ambiguous, 0 no_fit, 1 with a problem")
+    words, suffixes = result.stderr.splitlines()
+    assert words.startswith(f"primfit: {clouds / 'words.txt'}: skipped, since it is no cloud: ")
+    assert suffixes == "primfit: batch: skipped by their suffixes: 1 .md"
+    assert result.stdout.startswith(
+        "2 clouds: 2 fitted, 0 ambiguous, 0 no_fit, 0 with a problem, 2 skipped; answers in "
+    )
+    assert result.exit_code == 0
+
+
+def test_what_is_named_or_holds_points_is_not_skipped(clouds: Path, tmp_path: Path) -> None:
+    named = run("batch", clouds / "words.txt", "--out", tmp_path, "--workers", 1)
+    assert named.exit_code == 2 and "skipped" not in named.stderr + named.stdout
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "bad.txt").write_text("1 2 3\n4 5 6\n7 8 words\n")
+    (tmp_path / "in" / "few.csv").write_text("x,y,z\n1,2,3\n4,5,6\n")
+    result = run("batch", tmp_path / "in", "--out", tmp_path / "out", "--workers", 1)
     assert result.exit_code == 2
+    assert result.stdout.startswith("2 clouds: 0 fitted, 0 ambiguous, 0 no_fit, 2 with a problem; ")
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_tables_of_something_else_and_texts_without_points_are_skipped(
+    clouds: Path, tmp_path: Path, workers: int
+) -> None:
+    (tmp_path / "cloud.txt").write_bytes((clouds / "a" / "cloud.txt").read_bytes())
+    (tmp_path / "attributes.csv").write_text("i,n_points,kind,noise\n1,300,sphere,0.1\n2,400,plane,0.2\n")
+    (tmp_path / "header.csv").write_text("x,y,z\n")
+    (tmp_path / "empty.xyz").write_text("")
+    (tmp_path / "pairs.txt").write_text("1 2\n3 4\n5 6\n")
+    out = tmp_path / "out"
+    result = run("batch", tmp_path, "--out", out, "--workers", workers)
+    assert result.exit_code == 0
+    skipped = [line.split(": ")[1] for line in result.stderr.splitlines()]
+    assert skipped == [
+        str(tmp_path / name) for name in ("attributes.csv", "empty.xyz", "header.csv", "pairs.txt")
+    ]
+    assert [file.name for file in out.iterdir()] == ["cloud.json"]
+    (tmp_path / "cloud.txt").unlink()
+    alone = run("batch", tmp_path, "--out", out, "--workers", workers)
+    assert alone.exit_code == 2 and alone.stdout.startswith("0 clouds")
 
 
 def test_answer_is_that_of_fit_and_does_not_depend_on_the_workers(clouds: Path, tmp_path: Path) -> None:
@@ -125,7 +161,7 @@ def test_two_inputs_that_write_one_file_through_a_link_are_refused(tmp_path: Pat
         (tmp_path / "tree" / inner).mkdir(parents=True)
         (tmp_path / "tree" / inner / "x.csv").write_text("")
     out, inputs = tmp_path / "out", [str(tmp_path / "tree")]
-    assert len(plan(inputs, out, "json")) == 2
+    assert len(plan(inputs, out, "json").targets) == 2
     (out / "p").mkdir(parents=True)
     (out / "q").symlink_to("p")
     with pytest.raises(CollisionError, match="would both write"):
@@ -137,17 +173,17 @@ def test_two_inputs_whose_segments_go_into_one_folder_through_a_link_are_refused
     for name in ("x.csv", "y.csv"):
         (tmp_path / "tree" / name).write_text("")
     out, inputs = tmp_path / "out", [str(tmp_path / "tree")]
-    assert len(plan(inputs, out, "json", "label")) == 2
+    assert len(plan(inputs, out, "json", "label").targets) == 2
     (out / "x").mkdir(parents=True)
     (out / "y").symlink_to("x")
-    assert len(plan(inputs, out, "json")) == 2
+    assert len(plan(inputs, out, "json").targets) == 2
     with pytest.raises(CollisionError, match="would both write into"):
         plan(inputs, out, "json", "label")
 
 
 def test_the_same_file_twice_is_done_once(tmp_path: Path) -> None:
     (tmp_path / "cloud.csv").write_text("")
-    assert len(plan([str(tmp_path), str(tmp_path / "cloud.csv")], tmp_path / "out", "json")) == 1
+    assert len(plan([str(tmp_path), str(tmp_path / "cloud.csv")], tmp_path / "out", "json").targets) == 1
 
 
 def test_an_empty_folder_is_said(tmp_path: Path) -> None:
@@ -270,7 +306,7 @@ def test_folders_of_segments_never_mix(tmp_path: Path) -> None:
     (tmp_path / "in" / "scan.csv").write_text("")
     (tmp_path / "in" / "scan" / "3.csv").write_text("")
     inputs = [str(tmp_path / "in")]
-    assert len(plan(inputs, tmp_path / "out", "json")) == 2
+    assert len(plan(inputs, tmp_path / "out", "json").targets) == 2
     with pytest.raises(CollisionError, match="both write into"):
         plan(inputs, tmp_path / "out", "json", "label")
     (tmp_path / "in" / "scan" / "3.csv").unlink()

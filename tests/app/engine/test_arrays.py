@@ -46,6 +46,33 @@ def test_what_numpy_reads(given: Any, expected: str) -> None:
     assert primfit.fit(given).to_json() == expected
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        np.hstack([POINTS, np.full((300, 1), 0.5)]),
+        np.column_stack([np.arange(300), POINTS]),
+        np.column_stack([np.arange(7, 307), POINTS, POINTS[:, 0]]),
+        POINTS.reshape(15, 20, 3),
+        np.dstack([POINTS.reshape(15, 20, 3), np.ones((15, 20))]),
+    ],
+    ids=["intensity", "index", "index and intensity", "organized", "organized with intensity"],
+)
+def test_wider_and_organized_arrays_by_the_rules_of_files(given: np.ndarray) -> None:
+    found = primfit.fit(given)
+    assert found.to_json() == PLAIN
+    np.testing.assert_array_equal(found.points, POINTS)
+
+
+def test_a_first_column_that_does_not_count_up_is_x() -> None:
+    whole = np.column_stack([np.arange(300) // 2, POINTS])
+    assert primfit.fit(whole).to_json() == primfit.fit(whole[:, :3]).to_json()
+
+
+def test_a_transposed_array_is_refused() -> None:
+    with pytest.raises(InvalidPointCloudError, match=r"shape \(3, 300\); \(N, 3\) is needed"):
+        primfit.fit(POINTS.T)
+
+
 def test_pandas_by_the_names_of_the_columns() -> None:
     pandas = pytest.importorskip("pandas", reason="needs pandas")
     names = ["nz", "z", "x", "y", "nx", "ny"]

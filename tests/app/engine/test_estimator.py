@@ -132,3 +132,14 @@ def test_a_cloud_of_which_nothing_could_be_made_raises() -> None:
     flat = noisy(EXAMPLES["cylinder"], 50, 0.01) * [1.0, 1.0, 0.0]
     with pytest.raises(ValueError, match=r"no primitive was found: .* lie in one plane"):
         PrimitiveFitter(kinds=["sphere"]).fit(flat)
+
+
+def test_constraints_are_taken_as_a_mapping_or_as_what_is_made_of_it() -> None:
+    plain = {"radius": {"min": 0.5, "max": 2.0}}
+    known = primfit.Constraints(radius=primfit.Range(0.5, 2.0))
+    expected = primfit.fit(CYLINDER, constraints=plain)
+    assert expected.active_constraints == {"radius": "bounds, not active"}
+    assert primfit.fit(CYLINDER, constraints=known) == expected
+    fitter = clone(primfit.PrimitiveFitter(constraints=known))
+    assert fitter.fit(CYLINDER).recognition_ == expected
+    assert fitter.inlier_mask_.shape == (400,)

@@ -1,6 +1,7 @@
 """Residuals as files, read back by other libraries: every digit, the order and the signs."""
 
 import io
+import pickle
 
 import laspy
 import numpy as np
@@ -89,12 +90,12 @@ def test_a_las_grid_holds_all_points_to_the_billionth_of_their_extent(size: floa
 
 def test_points_that_are_missing_or_bad_are_named() -> None:
     points, _ = _cloud()
-    recognition = primfit.fit(points)
+    left_behind = pickle.loads(pickle.dumps(primfit.fit(points)))
     for name in (*FILES, "form", "report"):
         with pytest.raises(primfit.InvalidOptionError, match="points are missing"):
-            primfit.export(recognition, name)
+            primfit.export(left_behind, name)
     with pytest.raises(primfit.InvalidPointCloudError, match="NaN"):
-        primfit.export(recognition, "residuals_npy", np.full((5, 3), np.nan))
+        primfit.export(left_behind, "residuals_npy", np.full((5, 3), np.nan))
     flat = np.random.default_rng(0).uniform(-1.0, 1.0, (100, 3)) * [1.0, 1.0, 0.0]
     with pytest.raises(primfit.NothingToExportError, match="no primitive"):
         primfit.residuals(primfit.fit(flat, kinds=["torus"]), flat)

@@ -123,7 +123,7 @@ def answer(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> R
         latitudes=(low, high), poles=(low == -np.pi / 2.0, high == np.pi / 2.0), area=_area(low, high)
     )
     every = SimpleNamespace(among=lambda points: np.ones(len(points), bool))
-    known: Any = {"primitive": Ellipsoid(), "extents": extents, "inliers": every}
+    known: Any = {"primitive": Ellipsoid(), "extents": extents, "inlier_rule": every}
     return replace(recognised("full sphere"), **known)
 
 

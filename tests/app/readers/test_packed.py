@@ -90,12 +90,12 @@ def test_a_window_of_8_mib_is_read_and_a_larger_one_is_not() -> None:
 
 
 def test_the_command_line_reads_packed_files(tmp_path: Path) -> None:
-    from primfit.app.cli.batch import plan
     from primfit.app.cli.files import answer_file
+    from primfit.app.cli.plan import plan
 
     (tmp_path / "a.csv.gz").write_bytes(gzip.compress(CSV))
     (tmp_path / "b.npy.zst").write_bytes(zstandard.compress(_npy(POINTS)))
     (tmp_path / "notes.gz").write_bytes(gzip.compress(b"no cloud"))
-    targets = plan([str(tmp_path)], tmp_path / "out", "json")
+    targets = plan([str(tmp_path)], tmp_path / "out", "json").targets
     assert sorted(path.name for path in targets) == ["a.json", "b.json"]
     assert answer_file(str(tmp_path / "a.csv.gz"), {}) == answer_file(str(EXAMPLES / "cylinder.csv"), {})

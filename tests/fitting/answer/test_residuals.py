@@ -32,16 +32,16 @@ def test_the_inliers_of_all_points_are_those_that_the_error_counts(shape: Primit
     stray = rng.permutation(2000)[:50]
     points[stray] += 0.5 * shape.gradient(feet[stray])
     found = recognize(points, Config(kinds=(shape.kind,), criterion=criterion))  # type: ignore[arg-type]
-    assert found.inliers and found.error
-    inlier = found.inliers.among(points)
+    assert found.inlier_rule and found.error
+    inlier = found.inlier_rule.among(points)
     assert inlier.mean() == found.error.inlier_share
     assert not inlier[stray].any() and inlier.mean() > 0.96
 
 
 def test_of_few_points_none_is_rejected() -> None:
     found = recognize(np.eye(4)[:, :3], Config(kinds=("plane",)))
-    assert found.inliers and found.inliers.reach == np.inf
-    assert found.inliers.among(np.full((1, 3), 1e9)).all()
+    assert found.inlier_rule and found.inlier_rule.reach == np.inf
+    assert found.inlier_rule.among(np.full((1, 3), 1e9)).all()
 
 
 def test_deviations_by_hand() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.request.config import Config
-from primfit.fitting.request.constraints import Constraints, Range
+from primfit.fitting.request.constraints import Constraints, Direction, Range
 from tests.fitting.clouds import EXAMPLES
 
 
@@ -65,3 +65,13 @@ def test_what_is_built_by_hand_is_checked_too() -> None:
         "apex": [1.0, 2.0, 3.0],
     }
     assert Constraints.of(given).plain() == given
+
+
+def test_what_is_built_by_hand_is_the_same_as_what_is_parsed() -> None:
+    plain = {"radius": {"min": 4, "max": 6}, "axis": {"direction": [0, 0, 2]}, "center": [1, 2, 3]}
+    parsed = Constraints.of(plain)
+    assert Constraints(**plain) == parsed  # type: ignore[arg-type]
+    assert Constraints(Range(4.0, 6.0), axis=Direction((0.0, 0.0, 2.0)), center=(1.0, 2.0, 3.0)) == parsed
+    assert Constraints.of(parsed) is parsed
+    with pytest.raises(InvalidOptionError, match="min 3 over the max 2"):
+        Constraints(radius=Range(3.0, 2.0))

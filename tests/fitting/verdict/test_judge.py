@@ -198,8 +198,8 @@ def test_repeating_points_moves_nothing_and_shares_tell_of_all_points() -> None:
     one, two = recognize(points), recognize(again)
     assert isinstance(one.primitive, Cylinder) and isinstance(two.primitive, Cylinder)
     assert two.primitive.radius == pytest.approx(one.primitive.radius, abs=1e-9)
-    assert two.inliers is not None and two.error is not None
-    belongs = two.inliers.among(again)
+    assert two.inlier_rule is not None and two.error is not None
+    belongs = two.inlier_rule.among(again)
     assert two.error.inlier_share == pytest.approx(belongs.mean())
     distance = two.primitive.signed_distance(again)[belongs]
     assert two.error.inlier_rms == pytest.approx(np.sqrt(np.mean(distance**2)))
