@@ -20,8 +20,9 @@ from .histogram import histogram
 from .markup import Markup, element, joined, table
 from .numbers import known_to, short
 from .scene import SHOWN_POINTS, Scene, shape_in
+from .svg import PICTURE_STYLE
 from .unrolled import unrolled_map
-from .views import views
+from .views import lone_view, views
 
 _STYLE = Path(__file__).with_name("style.css")
 _UNKNOWN = {
@@ -52,7 +53,7 @@ def html_report(fitted: Fitted, options: ExportOptions) -> bytes:
             Markup('<meta charset="utf-8">'),
             Markup('<meta name="viewport" content="width=device-width, initial-scale=1">'),
             element("title", title),
-            element("style", Markup(_STYLE.read_text(encoding="utf-8"))),
+            element("style", PICTURE_STYLE, Markup(_STYLE.read_text(encoding="utf-8"))),
         ]
     )
     chip = element("small", _SAID[recognition.status], class_=recognition.status)
@@ -61,6 +62,16 @@ def html_report(fitted: Fitted, options: ExportOptions) -> bytes:
     foot = element("footer", "Made by primfit. Lengths are in the unit of the input.")
     body = element("body", header, *parts(fitted, options.unit), *_trail(fitted), foot)
     return f'<!doctype html>\n<html lang="en"><head>{head}</head>{body}</html>\n'.encode()
+
+
+def scene_svg(fitted: Fitted, unit: str = "") -> str:
+    """The isometric view of the points and the trimmed primitive as one SVG, which brings its own style.
+
+    A notebook may show it, or a file hold it; under `no_fit` it shows the points alone. Raises
+    `InvalidOptionError` where there are no points.
+    """
+    is_fit = fitted.recognition.status != "no_fit"
+    return lone_view(Scene.of(fitted), color_limit(fitted.residuals) if is_fit else 0.0, unit)
 
 
 def _fit_parts(fitted: Fitted, unit: str) -> Iterator[Markup]:

@@ -1,5 +1,7 @@
 """Pieces of pictures. Lengths are whole tenths of a pixel: paths are short, and the same everywhere."""
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,14 +16,17 @@ LEVELS = 31
 FEW = 1200
 """From so many points on dots are as small as they get."""
 
+PICTURE_STYLE = Markup(Path(__file__).with_name("picture.css").read_text(encoding="utf-8"))
+"""Colors of the page where it has some, else those of a white one."""
+
 HALO = 9
 """How much wider than a dot the ring around it is."""
 
 
-def picture(width: int, height: int, *parts: object, title: str, class_: str = "") -> Markup:
-    """An image with a text for those who do not see it."""
-    attributes = {"viewBox": f"0 0 {width} {height}", "role": "img", "class_": class_}
-    return element("svg", element("title", title), *parts, **attributes)
+def picture(width: int, height: int, *parts: object, title: str, class_: str = "", **more: object) -> Markup:
+    """An image with a text for those who do not see it; `PICTURE_STYLE` has to be on its page or in it."""
+    attributes = {"viewBox": f"0 0 {width} {height}", "role": "img", "class_": f"primfit {class_}".rstrip()}
+    return element("svg", element("title", title), *parts, **attributes, **more)
 
 
 def text(x: float, y: float, content: object, anchor: str = "start", **attributes: object) -> Markup:

@@ -10,12 +10,14 @@ from primfit.fitting.geometry.vectors import Array
 
 from .markup import Markup, element, joined
 from .scene import Camera, Scene, Surface
-from .svg import colored, dot_size, dots, line_path, nice, picture, text
+from .svg import PICTURE_STYLE, colored, dot_size, dots, line_path, nice, picture, text
 
 SIZE, MARGIN, CORNER = 3600, 300, 120
 DOT = 24
 
-VIEWS = (("from above, aslant", 35.0, 30.0), ("from the side", 0.0, 0.0), ("from above", 0.0, 90.0))
+View = tuple[str, float, float]
+ISOMETRIC: View = ("isometric", 45.0, float(np.degrees(np.arctan(np.sqrt(0.5)))))
+VIEWS = (ISOMETRIC, ("from the side", 0.0, 0.0), ("from above", 0.0, 90.0))
 """Title, azimuth and elevation [degrees]."""
 
 CELLS = 110
@@ -31,12 +33,16 @@ NEUTRAL = "#5b8fc9"
 
 def views(scene: Scene, limit: float, unit: str) -> Markup:
     """Three figures, each with its scale."""
-    figures = []
-    for title, azimuth, elevation in VIEWS:
-        camera = Camera.at(scene.axis, scene.front, azimuth, elevation)
-        view = _view(scene, camera, limit, unit, title)
-        figures.append(element("figure", view, element("figcaption", title)))
-    return joined(figures)
+    return joined(
+        element("figure", _view(scene, view, limit, unit), element("figcaption", view[0])) for view in VIEWS
+    )
+
+
+def lone_view(scene: Scene, limit: float, unit: str) -> Markup:
+    """The isometric view with its own style: a file, or a part of any page."""
+    ground = element("rect", width=SIZE, height=SIZE, fill="#f5f7f9")
+    beside = (element("style", PICTURE_STYLE), ground)
+    return _view(scene, ISOMETRIC, limit, unit, *beside, xmlns="http://www.w3.org/2000/svg")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +70,9 @@ class _Frame:
         return np.stack([SIZE / 2.0 + seen[..., 0], SIZE / 2.0 - seen[..., 1]], axis=-1), seen[..., 2]
 
 
-def _view(scene: Scene, camera: Camera, limit: float, unit: str, title: str) -> Markup:
+def _view(scene: Scene, view: View, limit: float, unit: str, *behind: Markup, **attributes: str) -> Markup:
+    title, azimuth, elevation = view
+    camera = Camera.at(scene.axis, scene.front, azimuth, elevation)
     frame = _Frame.about(scene.framed, camera)
     place, depth = frame.places(scene.points)
     inside = np.all((place > 0.0) & (place < SIZE), axis=1)
@@ -73,7 +81,7 @@ def _view(scene: Scene, camera: Camera, limit: float, unit: str, title: str) -> 
         level, colors = np.zeros(len(place), np.intp), [NEUTRAL]
     else:
         level, colors = colored(scene.distance[inside], limit)
-    parts: list[Markup] = []
+    parts = list(behind)
     size = dot_size(DOT, len(place))
     hidden = np.zeros(len(place), bool)
     if scene.surface is not None:
@@ -85,7 +93,7 @@ def _view(scene: Scene, camera: Camera, limit: float, unit: str, title: str) -> 
         parts.append(_axis(scene.surface, frame))
     parts.append(dots(place[~hidden], level[~hidden], colors, size))
     parts += [_scale_bar(frame.radius, unit), _triad(camera)]
-    return picture(SIZE, SIZE, *parts, title=f"points and primitive, {title}")
+    return picture(SIZE, SIZE, *parts, title=f"points and primitive, {title}", class_="view", **attributes)
 
 
 def _nearest(surface: Surface, frame: _Frame) -> Array:
@@ -161,7 +169,7 @@ def _scale_bar(radius: float, unit: str) -> Markup:
     return element(
         "g",
         element("path", d=f"M{x} {y - 40}v40h{round(width)}v-40", class_="line"),
-        text(x + width / 2.0, y - 60, f"{length:g} {unit}", "middle"),
+        text(x + width / 2.0, y - 60, f"{length:g} {unit}".rstrip(), "middle"),
     )
 
 

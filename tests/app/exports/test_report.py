@@ -4,6 +4,7 @@ import json
 import re
 from html.parser import HTMLParser
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from typer.testing import CliRunner
 
 import primfit
 from primfit.app.cli.commands import app
+from primfit.app.exports.fitted import fitted_points
+from primfit.app.exports.report import scene_svg
 from primfit.fitting.geometry.vectors import Array
 from tests.app.exports.test_step import PIECES, recognised
 
@@ -152,3 +155,14 @@ def test_places_keep_their_digits_far_from_the_origin() -> None:
     page = _Page(primfit.export(recognition, "report", points))
     assert recognition.extents
     assert {f"{number:.4f}" for number in recognition.extents.values()["start"]} <= set(page.texts["td"])
+
+
+@pytest.mark.parametrize("name", ["plane", "pipe"])
+def test_the_scene_is_a_picture_by_itself(name: str) -> None:
+    points = _points(name)
+    recognition = primfit.fit(points, kinds=[PIECES[name][0].kind])
+    picture = ElementTree.fromstring(scene_svg(fitted_points(recognition, points)))
+    namespace = "{http://www.w3.org/2000/svg}"
+    assert picture.tag == f"{namespace}svg"
+    assert "svg.primfit .edge" in picture.findtext(f"{namespace}style", "")
+    assert picture.findall(f".//{namespace}path[@class='edge']")
