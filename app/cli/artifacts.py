@@ -1,6 +1,6 @@
 """The files that are written beside an answer."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -30,6 +30,7 @@ class Artifacts:
         labels: str | None,
         unit: str,
         chord_error: float,
+        about: Mapping[str, str | None],
         include: Sequence[str] | None,
     ) -> Self | None:
         """What was asked for, if anything; refuses what cannot be exported before anything is fitted."""
@@ -42,7 +43,7 @@ class Artifacts:
         _check_overwriting(given, inputs[0])
         try:
             check_parts(given, ANSWER_PARTS if include is None else include)
-            return cls(given, ExportOptions(unit, chord_error))  # type: ignore[arg-type]
+            return cls(given, ExportOptions(unit, chord_error, **about))  # type: ignore[arg-type]
         except InvalidOptionError as error:
             raise _refused(f"--{error.field.replace('_', '-')}", str(error)) from None
 

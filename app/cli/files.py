@@ -13,7 +13,7 @@ from primfit.fitting.names import ANSWER_PARTS
 
 from ..engine.answer import answered
 from ..engine.cut import Label, Piece, cut_cloud, pieces
-from ..engine.names import plain
+from ..engine.names import base_name, plain
 from ..engine.team import Outcome, Ready, Team, chunks
 from ..readers import Cloud, UnreadableFileError, read
 
@@ -61,9 +61,14 @@ def fit_file(
         cloud, used = _read(name, options, None)
         check_parts(formats, used.get("include", ANSWER_PARTS))
         recognition, content = answered(cloud, used)
-        return Fitted(recognition, cloud, used), content
+        return Fitted(recognition, cloud, used, file_name(name)), content
     except Exception as error:
         return _problem(name, error)
+
+
+def file_name(name: str) -> str | None:
+    """What a report calls a file, without its folders; standard input has no name."""
+    return None if name == STDIN else base_name(name)
 
 
 def _read(name: str, options: Mapping[str, Any], labels: str | None) -> tuple[Cloud, dict[str, Any]]:

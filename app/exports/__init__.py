@@ -77,6 +77,9 @@ def export(
     options: Mapping[str, Any] | None = None,
     unit: str = "mm",
     chord_error: float = 1e-3,
+    title: str | None = None,
+    operator: str | None = None,
+    date: str | None = None,
 ) -> bytes: ...
 
 
@@ -89,6 +92,9 @@ def export(
     options: Mapping[str, Any] | None = None,
     unit: str = "mm",
     chord_error: float = 1e-3,
+    title: str | None = None,
+    operator: str | None = None,
+    date: str | None = None,
 ) -> dict[str, bytes]: ...
 
 
@@ -100,6 +106,9 @@ def export(
     options: Mapping[str, Any] | None = None,
     unit: str = "mm",
     chord_error: float = 1e-3,
+    title: str | None = None,
+    operator: str | None = None,
+    date: str | None = None,
 ) -> bytes | dict[str, bytes]:
     """An artefact as the bytes of a file, or several by name; of an ambiguous answer the first primitive.
 
@@ -110,6 +119,7 @@ def export(
     options : keyword arguments that `fit` had beside the points, for the receipt in the report
     unit : of the coordinates: `mm`, `m` or `inch`; said in STEP files and reports
     chord_error : largest distance of a mesh from the surface, as a share of the size, in [1e-5, 0.1]
+    title, operator, date : what the report says of itself, as given, up to 200 characters each
 
     Raises
     ------
@@ -127,7 +137,7 @@ def export(
             known = ", ".join(FORMATS)
             raise InvalidOptionError(f"artefact {name!r:.40} is unknown; allowed are {known}", "artifacts")
     fitted = fitted_points(recognition, points, options)
-    written = write(fitted, names, ExportOptions(unit, chord_error))  # type: ignore[arg-type]
+    written = write(fitted, names, ExportOptions(unit, chord_error, title, operator, date))  # type: ignore[arg-type]
     return written[artifacts] if isinstance(artifacts, str) else written
 
 

@@ -6,6 +6,8 @@ from functools import cached_property
 from inspect import signature
 from typing import Any
 
+import numpy as np
+
 from primfit.fitting.answer.form import Form, form_of
 from primfit.fitting.answer.residuals import Residuals
 from primfit.fitting.answer.result import Recognition
@@ -37,11 +39,13 @@ class Fitted:
     ----------
     cloud : that was fitted; artefacts of points need it
     options : keyword options that `engine.fit` had, or None where they are not known
+    name : of the file that the cloud was read from, without folders; None where it had none
     """
 
     recognition: Recognition
     cloud: Cloud | None = None
     options: Mapping[str, Any] | None = None
+    name: str | None = None
 
     @property
     def primitive(self) -> Primitive:
@@ -83,6 +87,11 @@ class Fitted:
     def points(self) -> Array:
         """All points (N, 3) in the order of the input."""
         return self.given.points
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the bounding box of the points."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     @cached_property
     def residuals(self) -> Residuals:

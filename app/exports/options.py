@@ -6,8 +6,10 @@ from typing import Literal, get_args
 from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.request.values import number
 
+LONGEST = 200
 Unit = Literal["mm", "m", "inch"]
 UNITS: tuple[str, ...] = get_args(Unit)
+ABOUT = ("title", "operator", "date")
 SMALLEST_ERROR, LARGEST_ERROR = 1e-5, 0.1
 
 
@@ -19,10 +21,14 @@ class ExportOptions:
     ----------
     unit : what the coordinates are in; STEP files say so, and nothing is converted
     chord_error : largest distance of a mesh from its surface, as a share of the size of the trimmed shape
+    title, operator, date : what the report says of itself, as given; it guesses none of them
     """
 
     unit: Unit = "mm"
     chord_error: float = 1e-3
+    title: str | None = None
+    operator: str | None = None
+    date: str | None = None
 
     def __post_init__(self) -> None:
         if self.unit not in UNITS:
@@ -33,3 +39,19 @@ class ExportOptions:
                 f"[{SMALLEST_ERROR:g}, {LARGEST_ERROR:g}]",
                 "chord_error",
             )
+        for name in ABOUT:
+            _check_text(name, getattr(self, name))
+
+
+def _check_text(name: str, text: object) -> None:
+    """A line that a report shows."""
+    if text is None:
+        return
+    if not isinstance(text, str):
+        raise InvalidOptionError(f"{name} is of type {type(text).__name__}; it is a text", name)
+    if len(text) > LONGEST:
+        raise InvalidOptionError(
+            f"{name} is {len(text)} characters long; at most {LONGEST} are allowed", name
+        )
+    if not text.isprintable():
+        raise InvalidOptionError(f"{name} holds line breaks or other characters that cannot be printed", name)

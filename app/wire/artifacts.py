@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from primfit.fitting.errors import InvalidOptionError
 
 from ..exports import FORMATS, ExportOptions, Wanted
-from ..exports.options import UNITS
+from ..exports.options import ABOUT, UNITS
 from ..readers.errors import FieldError, describe
 from .problems import InvalidOptionsError
 
-NAMES = ("artifacts", "unit", "chord_error")
+NAMES = ("artifacts", "unit", "chord_error", *ABOUT)
 
 
 def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], Wanted]:
@@ -56,6 +56,6 @@ def _options(given: dict[str, str]) -> ExportOptions:
     except ValueError:
         raise InvalidOptionsError([FieldError("chord_error", "not a number", describe(told))]) from None
     try:
-        return ExportOptions(unit, chord_error)  # type: ignore[arg-type]
+        return ExportOptions(unit, chord_error, *map(given.get, ABOUT))  # type: ignore[arg-type]
     except InvalidOptionError as error:
         raise InvalidOptionsError([FieldError(error.field, str(error))]) from None

@@ -14,6 +14,7 @@ from primfit.fitting.names import ANSWER_PARTS
 
 from ..engine.answer import answered, receipt, to_json, versions
 from ..engine.fit import fit
+from ..engine.names import base_name
 from ..exports import Fitted, bundle, check_parts
 from ..readers import Cloud, Limits, UnreadableFileError, read, read_json, read_unpacked, unpack
 from ..wire.artifacts import NAMES, split_query
@@ -101,7 +102,7 @@ def _fit(job: FitJob) -> Reply:
     body: bytes | memoryview = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
     if job.coding is not None:
         body = unpack(memoryview(body), job.coding, job.limits, "body")
-    cloud, beside = _read(body, job)
+    cloud, beside, name = _read(body, job)
     options = check_options(query, beside, cloud.options, beside=NAMES if job.export else ())
     if wanted is not None:
         check_parts(wanted.formats, options.get("include", ANSWER_PARTS))
@@ -113,7 +114,7 @@ def _fit(job: FitJob) -> Reply:
     recognition, content, facts = fitted(cloud, options)
     seconds = {"read": read_at - started, "fit": facts["fit_seconds"]}
     if wanted is not None:
-        archive = bundle(to_json(content), Fitted(recognition, cloud, options), wanted)
+        archive = bundle(to_json(content), Fitted(recognition, cloud, options, name), wanted)
         return Reply(200, archive, ZIP, seconds=seconds, facts=facts)
     headers = {"ETag": etag(content["receipt"], cloud)}
     return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
@@ -137,15 +138,17 @@ def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[
     )
 
 
-def _read(body: bytes | memoryview, job: FitJob) -> tuple[Cloud, Mapping[str, Any]]:
-    """The cloud, and the options that an upload holds beside it."""
+def _read(body: bytes | memoryview, job: FitJob) -> tuple[Cloud, Mapping[str, Any], str | None]:
+    """The cloud, the options that an upload holds beside it, and the name of its file."""
     if job.media_type == "application/json":
-        return read_json(memoryview(body), job.limits), {}
+        return read_json(memoryview(body), job.limits), {}, None
     parts: Mapping[str, bytes | memoryview] = {"file": body}
+    name = None
     if job.media_type == "multipart/form-data":
-        parts = split_parts(body, job.content_type)
+        parts, name = split_parts(body, job.content_type)
     if "file" not in parts:
         raise UnreadableFileError("file", "part file is missing", "missing")
     beside = parse_options(parts["options"]) if "options" in parts else {}
     file = memoryview(parts["file"])
-    return read_unpacked(file, job.limits) if job.coding else read(file, job.limits), beside
+    cloud = read_unpacked(file, job.limits) if job.coding else read(file, job.limits)
+    return cloud, beside, base_name(name)

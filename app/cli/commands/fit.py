@@ -65,6 +65,9 @@ def fit(
     chord_error: Annotated[
         float, typer.Option(help="Largest distance of meshes from the surface, as a share of its size.")
     ] = 1e-3,
+    title: Annotated[str | None, typer.Option(help="Title of the report.")] = None,
+    operator: Annotated[str | None, typer.Option(help="Who measured, as the report says it.")] = None,
+    date: Annotated[str | None, typer.Option(help="When it was measured, as the report says it.")] = None,
 ) -> None:
     """Recognise and fit the cloud in each FILE.
 
@@ -87,7 +90,8 @@ def fit(
         "form": form,
         "report": report,
     }
-    artifacts = Artifacts.wanted(exports, files, labels, unit, chord_error, options.get("include"))
+    about = {"title": title, "operator": operator, "date": date}
+    artifacts = Artifacts.wanted(exports, files, labels, unit, chord_error, about, options.get("include"))
     raise typer.Exit(worst(_statuses(files, options, labels, as_json, artifacts)))
 
 
