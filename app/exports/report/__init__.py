@@ -111,7 +111,7 @@ def _fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     told = "Peak-to-valley deviation of the inliers from each reference. All parameters are refitted."
     yield _section("Form error", told, tables.form_table(fitted.form, unit))
     yield element("div", *_pictures(fitted, limit, unit), class_="pair plots")
-    errors = _section("Error and noise", "", tables.error_table(recognition, unit))
+    errors = _section("Error and noise", "", tables.error_table(recognition, rounding(fitted.points), unit))
     least = rounding(fitted.points)
     percentiles = _section("Percentiles", "", tables.percentiles_table(every, inliers, least, unit))
     yield element("div", errors, percentiles, class_="pair")
@@ -168,7 +168,7 @@ def _alternative(fitted: Fitted, other: Alternative, unit: str | None) -> Markup
     parts = [_section(f"Alternative: {kind}", told, *_warnings(known), parameters, distances)]
     if other.extents:
         parts.append(_section(f"Extents of the {kind}", "", tables.extents_table(other.extents, unit)))
-    return element("div", *parts, class_="pair whole")
+    return element("div", *parts, class_="pair")
 
 
 def _no_fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:

@@ -74,7 +74,9 @@ def count(n: int, noun: str) -> str:
 
 
 def short(value: float) -> str:
-    """Of a size or an error: four digits, also where they are zeros."""
+    """Of a size or an error: four digits, also where they are zeros, and all before the point."""
+    if GROUPED <= abs(value) < LARGEST:
+        return f"{value:,.0f}"
     return f"{value:#.4g}".rstrip(".") if value else "0"
 
 

@@ -85,7 +85,7 @@ def beyond(places: Array, size: int) -> Markup:
     data = "".join(f"M{x} {y}h0" for x, y in spots.tolist())
     rings = [
         element("path", d=data, class_=class_, stroke_width=width)
-        for class_, width in (("ring", 2 * size), ("hole", size))
+        for class_, width in (("ring", size + 24), ("hole", size))
     ]
     return element("g", *rings, stroke_linecap="round", fill="none") if data else Markup("")
 

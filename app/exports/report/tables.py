@@ -44,8 +44,8 @@ def parameters_table(
         rows += _parameter(name, value, known, size, unit)
     if known is not None and known.position is not None:
         of = Unit.of(known.position.radius_95, unit)
-        across = "across the axis" if direction_of(primitive.kind) == "axis" else "along the normal"
-        rows.append((f"position {across}", cell(""), f"± {of.two(known.position.radius_95)}", of.name))
+        of_what = "axis" if direction_of(primitive.kind) == "axis" else primitive.kind
+        rows.append((f"{of_what} position", cell(""), f"± {of.two(known.position.radius_95)}", of.name))
     if known is None:
         return table(((name, value, of) for name, value, _, of in rows), ("", column("value"), ""))
     return table(rows, ("", column("value"), "95% interval", ""))
@@ -75,7 +75,7 @@ def _direction(name: str, known: Uncertainty | None) -> tuple[float, str]:
     if known is None or known.direction is None:
         return 0.0, ""
     degrees = math.degrees(known.direction.radius_95)
-    told = f"± {rounded(degrees, degrees)} degrees" if degrees < UNKNOWN else "not determined"
+    told = f"± {rounded(degrees, degrees)}\u00b0" if degrees < UNKNOWN else "not determined"
     told = told if degrees > KNOWN else "± rounding"
     return known.direction.standard_deviations[0], told if name.endswith(".x") else ""
 
@@ -97,7 +97,7 @@ def _extent(name: str, value: Any, unit: str | None, size: float) -> Iterator[tu
     elif isinstance(value, bool):
         yield worded(name), cell("yes" if value else "no"), ""
     elif name == "coverage":
-        yield "covered by points", cell(f"{value:.0%}"), ""
+        yield "coverage", cell(f"{value:.0%}"), ""
     elif name.endswith("area"):
         yield worded(name), cell(short(value)), f"{unit}\u00b2" if unit else ""
     elif "angle" in name or name.endswith("span"):
@@ -127,21 +127,21 @@ def _vector(numbers: list[str]) -> Markup:
     return element("td", *parts, class_="number vector")
 
 
-def error_table(recognition: Recognition, unit: str | None) -> Markup:
-    """Distances of all points, and what the noise is like."""
+def error_table(recognition: Recognition, least: float, unit: str | None) -> Markup:
+    """Distances of all points, and what the noise is like; deviations up to the least one are none."""
     error, noise = recognition.error, recognition.noise
     assert error and noise
     rows: list[tuple[object, ...]] = [
         *_distances(error, unit),
-        ("noise (standard deviation)", *_cells(length(noise.scale, unit))),
-        ("points on the surface exactly", cell(f"{noise.exact_share:.1%}"), ""),
+        ("noise (std. dev.)", *_cells(length(noise.scale, unit))),
+        ("exactly on the surface", cell(f"{noise.exact_share:.1%}"), ""),
         ("outliers", cell(f"{noise.outlier_share:.1%}"), ""),
     ]
     if noise.quantisation_step is not None:
         of = Unit.of(noise.quantisation_step, unit)
-        rows.append(("step of the coordinates", cell(f"{noise.quantisation_step * of.factor:g}"), of.name))
-    shared = (("deviation shared by neighbors", noise.correlated), ("smooth deviation", noise.smooth))
-    rows += [(name, *_deviation(found, unit)) for name, found in shared if found is not None]
+        rows.append(("coordinate step", cell(f"{noise.quantisation_step * of.factor:g}"), of.name))
+    shared = (("shared by neighbors", noise.correlated), ("smooth deviation", noise.smooth))
+    rows += [(name, *_deviation(found, unit)) for name, found in shared if found and found.size > least]
     return table(rows)
 
 
@@ -155,9 +155,9 @@ def _distances(error: ErrorSummary, unit: str | None) -> list[tuple[object, ...]
         ("rms of inliers", *_cells(length(error.inlier_rms, unit))),
         ("rms of all points", *_cells(length(error.rms, unit))),
         ("mean distance", *_cells(length(error.mean, unit))),
-        ("95% of the distances are below", *_cells(length(error.p95, unit))),
+        ("95th percentile", *_cells(length(error.p95, unit))),
         ("largest distance", *_cells(length(error.max, unit))),
-        ("mean distance / diagonal of the box", cell(short(error.relative_mean)), ""),
+        ("mean / box diagonal", cell(short(error.relative_mean)), ""),
         ("inliers", cell(f"{error.inlier_share:.2%}"), ""),
     ]
 
