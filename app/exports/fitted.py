@@ -24,6 +24,9 @@ from ..readers.cloud import Array, Cloud
 from .drawing import Shape, shape_of
 
 OPTIONS = tuple(signature(config_of).parameters)
+ROUNDINGS = 16
+"""Roundings of a coordinate that a distance may hold."""
+
 COUNTS = ("weights", "standard_deviations")
 
 
@@ -92,6 +95,11 @@ class Fitted:
     def size(self) -> float:
         """Diagonal of the bounding box of the points."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+
+    @cached_property
+    def rounding(self) -> float:
+        """What distances from a surface may be by the rounding of float64 alone."""
+        return ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(self.points).max())
 
     @cached_property
     def residuals(self) -> Residuals:

@@ -16,8 +16,7 @@ from . import tables
 from .headline import figures
 from .histogram import histogram
 from .markup import Markup, element, joined, table
-from .numbers import said
-from .ranges import color_reach, rounding
+from .ranges import color_reach
 from .scene import SHOWN_POINTS, Scene, shape_in
 from .svg import PICTURE_STYLE
 from .unrolled import unrolled_map
@@ -71,7 +70,7 @@ def scene_svg(fitted: Fitted, unit: str | None = None) -> str:
 
 def _limit(fitted: Fitted) -> float:
     """The residual at which the colors end; 0 where all there is is rounding."""
-    return color_reach(fitted.residuals, rounding(fitted.points))
+    return color_reach(fitted.residuals, fitted.rounding)
 
 
 def _header(fitted: Fitted, options: ExportOptions, title: str) -> Markup:
@@ -91,7 +90,7 @@ def _header(fitted: Fitted, options: ExportOptions, title: str) -> Markup:
         "header",
         element("h1", title, element("small", _SAID[status], class_=status)),
         element("dl", *about, class_="about"),
-        element("p", fitted.recognition.message, class_="verdict"),
+        element("p", fitted.recognition.message),
     )
 
 
@@ -109,12 +108,11 @@ def _fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     yield from _numbers(fitted, unit)
     yield _views(fitted, limit, unit)
     told = "Peak-to-valley deviation of the inliers from each reference. All parameters are refitted."
-    yield _section("Form error", told, tables.form_table(fitted.form, unit))
+    yield _section("Form error", told, tables.form_table(fitted.form, fitted.rounding, unit))
     yield element("div", *_pictures(fitted, limit, unit), class_="pair plots")
-    errors = _section("Error and noise", "", tables.error_table(recognition, rounding(fitted.points), unit))
-    least = rounding(fitted.points)
-    percentiles = _section("Percentiles", "", tables.percentiles_table(every, inliers, least, unit))
-    yield element("div", errors, percentiles, class_="pair")
+    errors = _section("Error and noise", "", tables.error_table(recognition, fitted.rounding, unit))
+    percentiles = tables.percentiles_table(every, inliers, fitted.rounding, unit)
+    yield element("div", errors, _section("Percentiles", "", percentiles), class_="pair")
     for other in recognition.alternatives:
         yield _alternative(fitted, other, unit)
 
@@ -146,8 +144,7 @@ def _pictures(fitted: Fitted, limit: float, unit: str | None) -> Iterator[Markup
     residuals = fitted.residuals
     distance = residuals.distance[residuals.inlier]
     if limit == 0.0:
-        step = said(rounding(fitted.points), unit)
-        told = f"All inliers lie on the surface to the rounding of their coordinates, {step}."
+        told = "All inliers lie on the surface, to the rounding of their coordinates."
         yield _section("Residuals", told)
         return
     if shape_in(fitted) is not None:
@@ -164,7 +161,7 @@ def _alternative(fitted: Fitted, other: Alternative, unit: str | None) -> Markup
     known, kind = other.uncertainty, other.primitive.kind
     told = f"It explains the points as well as the {fitted.primitive.kind}, which the pictures show."
     parameters = tables.parameters_table(other.primitive, known, fitted.size, unit)
-    distances = tables.distances_table(other.error, unit)
+    distances = tables.distances_table(other.error, fitted.rounding, unit)
     parts = [_section(f"Alternative: {kind}", told, *_warnings(known), parameters, distances)]
     if other.extents:
         parts.append(_section(f"Extents of the {kind}", "", tables.extents_table(other.extents, unit)))
@@ -181,7 +178,7 @@ def _no_fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
 
 
 def _trail(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
-    yield _section("Kinds tried", "", tables.attempts_table(fitted.recognition, unit))
+    yield _section("Kinds tried", "", tables.attempts_table(fitted.recognition, fitted.rounding, unit))
     yield element("div", _section("Receipt", "", tables.receipt_table(fitted)), class_="receipt")
 
 

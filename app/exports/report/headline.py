@@ -16,7 +16,7 @@ from primfit.fitting.uncertainty.values import Interval
 from ..fitted import Fitted
 from .markup import Markup, element
 from .numbers import Unit, measured, said
-from .ranges import above, rounding
+from .ranges import above
 
 Row = tuple[str, str, str]
 """A name, what is found, and how well it is known."""
@@ -38,14 +38,13 @@ def _figure(name: str, found: str, known: str) -> Markup:
 def headline(fitted: Fitted, inliers: Deviations, unit: str | None) -> Iterator[Row]:
     """The leading rows of an answer with a fit, whose inliers have these deviations."""
     recognition, form = fitted.recognition, fitted.form
-    least = rounding(fitted.points)
     yield "kind", _kinds(fitted), ""
     yield from _sizes(fitted, unit)
     if recognition.extents is not None:
         yield from _reach(recognition.extents, unit)
     if not isinstance(form.minimum_zone, FailedFit):
-        yield form.name, said(above(form.minimum_zone.form_error, least), unit), "minimum zone"
-    yield "rms of inliers", said(above(inliers.rms, least), unit), ""
+        yield form.name, said(above(form.minimum_zone.form_error, fitted.rounding), unit), "minimum zone"
+    yield "rms of inliers", said(above(inliers.rms, fitted.rounding), unit), ""
     yield "inliers", f"{inliers.n_points:,}", f"of {len(fitted.points):,} points"
 
 

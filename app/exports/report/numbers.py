@@ -139,4 +139,4 @@ def _open(low: float | None, high: float | None, known: float) -> str:
     for end, word in ((low, "at least"), (high, "at most")):
         if end is not None:
             return f"{word} {rounded(end, known)}"
-    return "open: not bounded by the points"
+    return "unbounded"

@@ -10,9 +10,6 @@ from ..colors import color_limit
 INNER = 5.0
 """Per cent of the values at either end that may be far away."""
 
-ROUNDINGS = 16
-"""Roundings of a coordinate that a distance may hold."""
-
 BESIDE = 1.0
 """How far beyond the others they are shown, as a share of the range of these."""
 
@@ -33,11 +30,6 @@ def range_about(values: Array, shown: Array, margin: float) -> tuple[Array, Arra
 def _reached(values: Array, low: Array, high: Array, margin: Array | float) -> tuple[Array, Array]:
     """How far values go between bounds that a margin has moved."""
     return np.maximum(values.min(axis=0), low - margin), np.minimum(values.max(axis=0), high + margin)
-
-
-def rounding(points: Array) -> float:
-    """What distances of points (N, 3) from a surface may be by the rounding of float64 alone."""
-    return ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(points).max())
 
 
 def above(value: float, least: float) -> float:

@@ -120,22 +120,22 @@ class Axis:
         """From low to high, as many as have room (tenths of a pixel) beside each other, or above."""
         found = cls([], [])
         for most in range(max(int(room / (2.2 * FONT)), 1), 0, -1):
-            found = cls._of(ticks(low, high, most))
+            found = cls._of(ticks(low, high, most), nice((high - low) / most))
             widest = 0.0 if is_upright else max(map(len, found.labels), default=0) * 0.6 * FONT
             if len(found.labels) * (widest + 0.8 * FONT) <= room * 1.1 or is_upright:
                 break
         return found
 
     @classmethod
-    def _of(cls, values: list[float]) -> "Axis":
+    def _of(cls, values: list[float], step: float) -> "Axis":
+        """With labels that tell numbers a step apart."""
         if not values:
             return cls([], [])
-        step = values[1] - values[0] if len(values) > 1 else abs(values[0]) or 1.0
         decimals = max(-int(np.floor(np.log10(step) + 1e-6)), 0)
         largest = max(map(abs, values))
-        if decimals > MOST_DECIMALS or (largest >= 10.0**MOST_DIGITS and len(values) == 1):
+        if decimals > MOST_DECIMALS or step >= 10.0**MOST_DIGITS:
             return cls(values, [f"{value:.3g}" for value in values])
-        if len(f"{largest:.{decimals}f}") <= MOST_DIGITS or len(values) == 1:
+        if len(f"{largest:.{decimals}f}") <= MOST_DIGITS:
             return cls(values, [f"{value:z.{decimals}f}" for value in values])
         labels = [f"{value - values[0]:z.{decimals}f}" for value in values]
         return cls(values, labels, f"{values[0]:,.{decimals}f}")

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from json import dumps
 from typing import Any
 
 from primfit.fitting.answer.form import Form, Reference
@@ -62,7 +63,7 @@ def _parameter(
         found, within = measured(value, interval, size, of.factor)
         yield worded(name), cell(found), within, of.name
     elif is_angle(name):
-        for title, of_angle, factor in ((worded(name), "degrees", math.degrees(1.0)), ("", "rad", 1.0)):
+        for title, of_angle, factor in ((worded(name), "\u00b0", math.degrees(1.0)), ("", "rad", 1.0)):
             found, within = measured(value, interval, 1.0, factor)
             yield title, cell(found), within, of_angle
     else:
@@ -99,9 +100,10 @@ def _extent(name: str, value: Any, unit: str | None, size: float) -> Iterator[tu
     elif name == "coverage":
         yield "coverage", cell(f"{value:.0%}"), ""
     elif name.endswith("area"):
-        yield worded(name), cell(short(value)), f"{unit}\u00b2" if unit else ""
+        of = Unit.of(math.sqrt(value), unit)
+        yield worded(name), cell(short(value * of.factor**2)), f"{of.name}\u00b2" if of.name else ""
     elif "angle" in name or name.endswith("span"):
-        yield worded(name), cell(f"{math.degrees(value):.6g}"), "degrees"
+        yield worded(name), cell(f"{math.degrees(value):.6g}"), "\u00b0"
     else:
         of = Unit.of(value, unit)
         yield worded(name), cell(f"{value * of.factor:.6g}"), of.name
@@ -115,7 +117,7 @@ def _several(name: str, value: list[Any], unit: str | None, size: float) -> tupl
         holes = sum(len(rings) - 1 for rings in value)
         return "concave outline", cell(f"{count(len(value), 'piece')}, {count(holes, 'hole')}"), ""
     if "direction" in name or name == "axis":
-        return worded(name), _vector([rounded(number, 1e-5) for number in value]), ""
+        return worded(name), _vector([rounded(number, 1e-4) for number in value]), ""
     of = Unit.of(size, unit)
     known = 1e-4 * size * of.factor
     return worded(name), _vector([rounded(number * of.factor, known) for number in value]), of.name
@@ -132,8 +134,8 @@ def error_table(recognition: Recognition, least: float, unit: str | None) -> Mar
     error, noise = recognition.error, recognition.noise
     assert error and noise
     rows: list[tuple[object, ...]] = [
-        *_distances(error, unit),
-        ("noise (std. dev.)", *_cells(length(noise.scale, unit))),
+        *_distances(error, least, unit),
+        ("noise (std. dev.)", *_cells(length(above(noise.scale, least), unit))),
         ("exactly on the surface", cell(f"{noise.exact_share:.1%}"), ""),
         ("outliers", cell(f"{noise.outlier_share:.1%}"), ""),
     ]
@@ -145,19 +147,20 @@ def error_table(recognition: Recognition, least: float, unit: str | None) -> Mar
     return table(rows)
 
 
-def distances_table(error: ErrorSummary, unit: str | None) -> Markup:
+def distances_table(error: ErrorSummary, least: float, unit: str | None) -> Markup:
     """Distances of all points, and of the inliers."""
-    return table(_distances(error, unit))
+    return table(_distances(error, least, unit))
 
 
-def _distances(error: ErrorSummary, unit: str | None) -> list[tuple[object, ...]]:
+def _distances(error: ErrorSummary, least: float, unit: str | None) -> list[tuple[object, ...]]:
+    relative = error.relative_mean if error.mean > least else 0.0
     return [
-        ("rms of inliers", *_cells(length(error.inlier_rms, unit))),
-        ("rms of all points", *_cells(length(error.rms, unit))),
-        ("mean distance", *_cells(length(error.mean, unit))),
-        ("95th percentile", *_cells(length(error.p95, unit))),
-        ("largest distance", *_cells(length(error.max, unit))),
-        ("mean / box diagonal", cell(short(error.relative_mean)), ""),
+        ("rms of inliers", *_cells(length(above(error.inlier_rms, least), unit))),
+        ("rms of all points", *_cells(length(above(error.rms, least), unit))),
+        ("mean distance", *_cells(length(above(error.mean, least), unit))),
+        ("95th percentile", *_cells(length(above(error.p95, least), unit))),
+        ("largest distance", *_cells(length(above(error.max, least), unit))),
+        ("mean / box diagonal", cell(short(relative)), ""),
         ("inliers", cell(f"{error.inlier_share:.2%}"), ""),
     ]
 
@@ -168,23 +171,25 @@ def _cells(found: tuple[str, str]) -> tuple[Markup, str]:
 
 def _deviation(found: Deviation, unit: str | None) -> tuple[Markup, str]:
     """Its size and the distance over which points share it."""
-    return cell(f"{said(found.size, unit)} over {said(found.range, unit)}"), ""
+    shown = f"{said(found.size, unit)} over {said(found.range, unit)}"
+    return element("td", shown, class_="number vector"), ""
 
 
-def form_table(form: Form, unit: str | None) -> Markup:
-    """The form error from either reference feature."""
+def form_table(form: Form, least: float, unit: str | None) -> Markup:
+    """The form error from either reference feature; values up to the least one are 0."""
     features = (("least squares", form.least_squares), ("minimum zone", form.minimum_zone))
     errors = [found.form_error for _, found in features if not isinstance(found, FailedFit)]
     of = Unit.of(max(errors, default=0.0), unit)
     header = ("", *map(column, (form.name + of.bracketed, "peak", "valley", "rms")))
-    return table([(name, *_reference(found, of)) for name, found in features], header)
+    return table([(name, *_reference(found, least, of)) for name, found in features], header)
 
 
-def _reference(found: Reference | FailedFit, unit: Unit) -> tuple[object, ...]:
+def _reference(found: Reference | FailedFit, least: float, unit: Unit) -> tuple[object, ...]:
     if isinstance(found, FailedFit):
         return (element("td", found.reason, colspan=4),)
-    strong = element("strong", unit.short(found.form_error))
-    return (cell(strong), *(cell(unit.short(value)) for value in (found.peak, found.valley, found.rms)))
+    values = (found.form_error, found.peak, found.valley, found.rms)
+    whole, *parts = (unit.short(above(value, least)) for value in values)
+    return (cell(element("strong", whole)), *map(cell, parts))
 
 
 def percentiles_table(every: Deviations, inliers: Deviations, least: float, unit: str | None) -> Markup:
@@ -199,7 +204,7 @@ def percentiles_table(every: Deviations, inliers: Deviations, least: float, unit
             cell(in_column(above(value, least) * of.factor, inliers.rms * of.factor)) for value in values
         )
 
-    rows: list[tuple[object, ...]] = [("points", cell(f"{every.n_points:,}"), cell(f"{inliers.n_points:,}"))]
+    rows = []
     for name in ("mean", "mean_absolute", "rms", "min", "max"):
         rows.append(row(worded(name), (getattr(each, name) for each in (every, inliers))))
     for percent in every.percentiles:
@@ -208,21 +213,21 @@ def percentiles_table(every: Deviations, inliers: Deviations, least: float, unit
     return table(rows, (f"signed{of.bracketed}", column("all points"), column("inliers")))
 
 
-def attempts_table(recognition: Recognition, unit: str | None) -> Markup:
+def attempts_table(recognition: Recognition, least: float, unit: str | None) -> Markup:
     """Every kind that was tried."""
     rows = [
         (
             attempt.kind,
             cell("-" if attempt.probability is None else f"{attempt.probability:.3f}"),
             cell("-" if attempt.evidence is None else f"{attempt.evidence:z.1f}"),
-            cell("-" if attempt.error is None else said(attempt.error.mean, unit)),
+            cell("-" if attempt.error is None else said(above(attempt.error.mean, least), unit)),
             element("td", element("span", attempt.outcome, class_=attempt.outcome)),
             element("td", attempt.reason, class_="reason"),
         )
         for attempt in recognition.attempts
     ]
     header = ("kind", *map(column, ("probability", "evidence", "mean error")), "outcome", "reason")
-    return table(rows, header)
+    return element("div", table(rows, header), class_="tried")
 
 
 def receipt_table(fitted: Fitted) -> Markup:
@@ -242,14 +247,18 @@ def _receipt(fitted: Fitted) -> Iterator[tuple[str, str]]:
         yield "options", "not known: the report was made without them"
         used = {name: version for name, version in versions("none").items() if name != "weights"}
     else:
-        for name, value in of["options"].items():
-            yield worded(name), _plain(value)
-    for name, version in used.items():
-        if version is not None:
-            yield f"SHA-256 of the {name}" if name == "weights" else f"version of {name}", version
+        yield from _options(of["options"])
+    if used.get("weights") is not None:
+        yield "SHA-256 of the classifier", used["weights"]
+    yield "versions", ", ".join(f"{name} {of_it}" for name, of_it in used.items() if name != "weights")
+
+
+def _options(options: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """The options as used; those without a value in one row."""
+    yield from ((worded(name), _plain(value)) for name, value in options.items() if value is not None)
+    if without := [worded(name) for name, value in options.items() if value is None]:
+        yield "not given", ", ".join(without)
 
 
 def _plain(value: Any) -> str:
-    if value is None:
-        return "none"
-    return " ".join(value) if isinstance(value, list) else str(value)
+    return " ".join(value) if isinstance(value, list) else value if isinstance(value, str) else dumps(value)
