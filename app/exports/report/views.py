@@ -229,7 +229,7 @@ def _scale_bar(radius: float, unit: str | None) -> Markup:
 
 def _triad(camera: Camera) -> Markup:
     """The axes of the coordinates of the input; those across the picture only."""
-    origin = np.array([SIZE - 320.0, SIZE + 230.0])
+    origin = np.array([SIZE - 450.0, SIZE + 230.0])
     parts: list[Markup] = []
     names: list[Array] = []
     for axis, name in zip(camera.seen(np.eye(3)), "xyz", strict=True):
