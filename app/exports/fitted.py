@@ -93,8 +93,11 @@ class Fitted:
 
     @cached_property
     def size(self) -> float:
-        """Diagonal of the bounding box of the points."""
-        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+        """Diagonal of the bounding box of the inliers, of all points where none fits."""
+        points = self.points
+        if self.recognition.status != "no_fit" and self.residuals.inlier.any():
+            points = points[self.residuals.inlier]
+        return float(np.linalg.norm(np.ptp(points, axis=0)))
 
     @cached_property
     def rounding(self) -> float:

@@ -135,7 +135,7 @@ def _numbers(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
         parts.append(_section("Constraints", "", rows))
     beside = []
     if recognition.extents:
-        beside = [_section("Extents", "", tables.extents_table(recognition.extents, unit))]
+        beside = [_section("Extents", "", tables.extents_table(recognition.extents, fitted.size, unit))]
     yield element("div", element("div", *parts), *beside, class_="pair")
 
 
@@ -164,7 +164,9 @@ def _alternative(fitted: Fitted, other: Alternative, unit: str | None) -> Markup
     distances = tables.distances_table(other.error, fitted.rounding, unit)
     parts = [_section(f"Alternative: {kind}", told, *_warnings(known), parameters, distances)]
     if other.extents:
-        parts.append(_section(f"Extents of the {kind}", "", tables.extents_table(other.extents, unit)))
+        parts.append(
+            _section(f"Extents of the {kind}", "", tables.extents_table(other.extents, fitted.size, unit))
+        )
     return element("div", *parts, class_="pair")
 
 

@@ -81,11 +81,9 @@ def _direction(name: str, known: Uncertainty | None) -> tuple[float, str]:
     return known.direction.standard_deviations[0], told if name.endswith(".x") else ""
 
 
-def extents_table(extents: Extents, unit: str | None) -> Markup:
-    """Where the primitive begins and ends; angles in degrees."""
-    values = extents.values()
-    size = math.sqrt(values["area"])
-    rows = [row for name, value in values.items() for row in _extent(name, value, unit, size)]
+def extents_table(extents: Extents, size: float, unit: str | None) -> Markup:
+    """Where the primitive begins and ends; angles in degrees. `size` is that of the cloud."""
+    rows = [row for name, value in extents.values().items() for row in _extent(name, value, unit, size)]
     return table(rows)
 
 

@@ -144,7 +144,11 @@ def _axis(on: Unrolled, frame: _Frame, unit: str | None, way: int) -> tuple[Axis
     """The axis of either way, how far along the frame each of its numbers is, and its name."""
     low, span = float(frame.low[way]), float(frame.span[way])
     is_length = on.lengths[way]
-    of = Unit.of(max(abs(low), abs(low + span)), unit) if is_length else Unit("degrees")
+    of = Unit("degrees")
+    if is_length:
+        # Both sides in one unit where both are lengths.
+        ways = [other for other in (0, 1) if on.lengths[other]]
+        of = Unit.of(float(np.abs([frame.low[ways], (frame.low + frame.span)[ways]]).max()), unit)
     axis = Axis.of(low * of.factor, (low + span) * of.factor, float(frame.size[way]), is_upright=way == 1)
     name = axis.named(on.names[way], of.name) + (", stretched" if frame.stretched == way else "")
     along = (np.array(axis.values) / of.factor - low) * (frame.size[way] / span)
