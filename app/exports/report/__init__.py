@@ -53,8 +53,7 @@ def html_report(fitted: Fitted, options: ExportOptions) -> bytes:
     )
     parts = _fit_parts if recognition.status != "no_fit" else _no_fit_parts
     foot = element("footer", f"Made by primfit {version('primfit')}.")
-    content = (*parts(fitted, options.unit), *_trail(fitted, options.unit))
-    body = element("body", _header(fitted, options, title), *content, foot)
+    body = element("body", _header(fitted, options, title), *parts(fitted, options.unit), foot)
     return f'<!doctype html>\n<html lang="en"><head>{head}</head>{body}</html>\n'.encode()
 
 
@@ -115,6 +114,8 @@ def _fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     yield element("div", errors, _section("Percentiles", "", percentiles), class_="pair")
     for other in recognition.alternatives:
         yield _alternative(fitted, other, unit)
+    yield _tried(fitted, unit)
+    yield element("div", _receipt(fitted), class_="receipt")
 
 
 def _warnings(known: Uncertainty | None) -> Iterator[Markup]:
@@ -172,16 +173,21 @@ def _alternative(fitted: Fitted, other: Alternative, unit: str | None) -> Markup
 
 def _no_fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     yield _views(fitted, 0.0, unit)
-    best = fitted.recognition.primitive
+    yield _tried(fitted, unit)
+    best, parts = fitted.recognition.primitive, [_receipt(fitted)]
     if best is not None:
         told = "The best attempt. It does not explain the points, so the pictures do not show it."
         rows = tables.parameters_table(best, None, fitted.size, unit)
-        yield _section(f"Best try: {best.kind}", told, rows)
+        parts.insert(0, _section(f"Best try: {best.kind}", told, rows))
+    yield element("div", *parts, class_="pair")
 
 
-def _trail(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
-    yield _section("Kinds tried", "", tables.attempts_table(fitted.recognition, fitted.rounding, unit))
-    yield element("div", _section("Receipt", "", tables.receipt_table(fitted)), class_="receipt")
+def _tried(fitted: Fitted, unit: str | None) -> Markup:
+    return _section("Kinds tried", "", tables.attempts_table(fitted.recognition, fitted.rounding, unit))
+
+
+def _receipt(fitted: Fitted) -> Markup:
+    return _section("Receipt", "", tables.receipt_table(fitted))
 
 
 def _section(title: str, told: str, *content: Markup) -> Markup:

@@ -128,11 +128,16 @@ def _interval(value: float, low: float | None, high: float | None, known: float)
     if low is None or high is None:
         return _open(low, high, known)
     if not known:
-        return "± rounding"
+        return plus_minus("rounding")
     below, above = value - low, high - value
     if abs(above - below) <= SYMMETRIC * known:
-        return f"± {rounded(known, known)}"
+        return plus_minus(rounded(known, known))
     return f"{rounded(low, known)} to {rounded(high, known)}"
+
+
+def plus_minus(half: str) -> str:
+    """Half of an interval, on one line with its sign."""
+    return f"±\u00a0{half}"
 
 
 def _open(low: float | None, high: float | None, known: float) -> str:

@@ -19,7 +19,7 @@ from primfit.fitting.uncertainty.values import Uncertainty
 from ...engine.answer import receipt, versions
 from ..fitted import Fitted
 from .markup import Markup, element, table
-from .numbers import KNOWN, Unit, count, length, measured, rounded, said, short
+from .numbers import KNOWN, Unit, count, length, measured, plus_minus, rounded, said, short
 from .numbers import column as in_column
 from .ranges import above
 
@@ -46,7 +46,7 @@ def parameters_table(
     if known is not None and known.position is not None:
         of = Unit.of(known.position.radius_95, unit)
         of_what = "axis" if direction_of(primitive.kind) == "axis" else primitive.kind
-        rows.append((f"{of_what} position", cell(""), f"± {of.two(known.position.radius_95)}", of.name))
+        rows.append((f"{of_what} position", cell(""), plus_minus(of.two(known.position.radius_95)), of.name))
     if known is None:
         return table(((name, value, of) for name, value, _, of in rows), ("", column("value"), ""))
     return table(rows, ("", column("value"), "95% interval", ""))
@@ -76,8 +76,8 @@ def _direction(name: str, known: Uncertainty | None) -> tuple[float, str]:
     if known is None or known.direction is None:
         return 0.0, ""
     degrees = math.degrees(known.direction.radius_95)
-    told = f"± {rounded(degrees, degrees)}\u00b0" if degrees < UNKNOWN else "not determined"
-    told = told if degrees > KNOWN else "± rounding"
+    told = plus_minus(f"{rounded(degrees, degrees)}\u00b0") if degrees < UNKNOWN else "not determined"
+    told = told if degrees > KNOWN else plus_minus("rounding")
     return known.direction.standard_deviations[0], told if name.endswith(".x") else ""
 
 

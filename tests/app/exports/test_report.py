@@ -216,7 +216,7 @@ def test_the_first_page_leads_with_what_people_look_for() -> None:
     assert names == ["kind", "diameter", "radius", "length", "cylindricity", "rms of inliers", "inliers"]
     interval = recognition.uncertainty.intervals["radius"]
     assert interval.high is not None and interval.low is not None
-    known = re.findall(r'<dd>([\d.]+) mm</dd><dd class="known">± ([\d.]+)</dd>', lead)
+    known = re.findall(r'<dd>([\d.]+) mm</dd><dd class="known">±\u00a0([\d.]+)</dd>', lead)
     (diameter, twice), (radius, half) = ((float(a), float(b)) for a, b in known)
     assert radius == pytest.approx(recognition.primitive.radius, abs=0.1 * half)  # type: ignore[attr-defined]
     assert half == pytest.approx((interval.high - interval.low) / 2.0, rel=0.05)

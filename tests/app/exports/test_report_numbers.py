@@ -30,16 +30,16 @@ def test_lengths_have_no_leading_zeros(value: float, unit: str | None, text: str
 @pytest.mark.parametrize(
     ("value", "low", "high", "found", "within"),
     [
-        (8.000031, 7.999954, 8.000108, "8.000031", "± 0.000077"),
-        (1234571.56162, 1234571.56111, 1234571.56213, "1234571.56162", "± 0.00051"),
-        (477.285, -41.0, 995.5, "480", "± 520"),
+        (8.000031, 7.999954, 8.000108, "8.000031", "±\u00a00.000077"),
+        (1234571.56162, 1234571.56111, 1234571.56213, "1234571.56162", "±\u00a00.00051"),
+        (477.285, -41.0, 995.5, "480", "±\u00a0520"),
         (0.0705, 0.0549, 0.1306, "0.070", "0.055 to 0.131"),
         (12.5, None, 14.2, "12.5", "at most 14.2"),
         (12.5, 11.4, None, "12.5", "at least 11.4"),
         (1234567.8, 1234560.1, None, "1234567.8", "at least 1234560.1"),
         (200.0, None, None, "200.0", "unbounded"),
-        (2.0, 2.0 - 1e-16, 2.0 + 1e-16, "2.0000000000", "± rounding"),
-        (7e-17, -1e-16, 3e-16, "0.0000000000", "± rounding"),
+        (2.0, 2.0 - 1e-16, 2.0 + 1e-16, "2.0000000000", "±\u00a0rounding"),
+        (7e-17, -1e-16, 3e-16, "0.0000000000", "±\u00a0rounding"),
     ],
 )
 def test_a_number_and_its_interval_have_two_digits_of_half_of_it(
@@ -51,7 +51,7 @@ def test_a_number_and_its_interval_have_two_digits_of_half_of_it(
 
 def test_a_smaller_unit_moves_the_digits_of_both() -> None:
     interval = Interval(0.0420, 0.0440, 0.0005, "linear")
-    assert measured(0.0430, interval, 5.0, Unit.of(0.0430, "mm").factor) == ("43.0", "± 1.0")
+    assert measured(0.0430, interval, 5.0, Unit.of(0.0430, "mm").factor) == ("43.0", "±\u00a01.0")
     assert measured(5.0, Interval(5.0, 5.0, 0.0, "held"), 5.0) == ("5", "held by a constraint")
     assert measured(5.0, None, 5.0) == ("5", "")
 
