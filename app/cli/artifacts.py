@@ -1,14 +1,14 @@
 """The files that are written beside an answer."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import typer
 
 from primfit.fitting.errors import InvalidOptionError
-from primfit.fitting.names import ANSWER_PARTS, KindName
+from primfit.fitting.names import ANSWER_PARTS
 
 from ..exports import ExportOptions, Fitted, NothingToExportError, Outcome, check_parts, outcomes
 from .identity import identity
@@ -28,8 +28,7 @@ class Artifacts:
         files: dict[str, Path | None],
         inputs: list[str],
         labels: str | None,
-        chord_error: float,
-        export_kind: KindName | None,
+        how: Mapping[str, Any],
         include: Sequence[str] | None,
     ) -> Self | None:
         """What was asked for, if anything; refuses what cannot be exported before anything is fitted."""
@@ -41,7 +40,7 @@ class Artifacts:
             raise _refused("fit", f"exports are written of one FILE, not of {several}")
         _check_overwriting(given, inputs[0])
         try:
-            options = ExportOptions(None, chord_error, export_kind)
+            options = ExportOptions(**how)
             check_parts(given, ANSWER_PARTS if include is None else include)
             return cls(given, options)
         except InvalidOptionError as error:

@@ -15,7 +15,7 @@ from primfit.fitting.names import ANSWER_PARTS
 from ..engine.answer import answered
 from ..engine.cut import Label, Piece, cut_cloud, pieces
 from ..engine.fit import prepared
-from ..engine.names import plain
+from ..engine.names import base_name, plain
 from ..engine.team import Outcome, Ready, Team, chunks
 from ..readers import Cloud, Pick, UnreadableFileError, read
 from ..readers.columns import as_columns
@@ -70,9 +70,14 @@ def fit_file(
         check_parts(formats, used.get("include", ANSWER_PARTS))
         check_unit(formats, cloud.unit)
         recognition, content = answered(cloud, used)
-        return Fitted(recognition, cloud, used), content
+        return Fitted(recognition, cloud, used, file_name(name)), content
     except Exception as error:
         return _problem(name, error)
+
+
+def file_name(name: str) -> str | None:
+    """What a report calls a file, without its folders; standard input has no name."""
+    return None if name == STDIN else base_name(name)
 
 
 def _read(name: str, options: Mapping[str, Any], labels: str | None) -> tuple[Cloud, dict[str, Any]]:

@@ -59,7 +59,7 @@ class Gathered:
         from ..exports.many import write_many
 
         try:
-            file.write_bytes(write_many(parts, name, ExportOptions()))  # type: ignore[arg-type]
+            file.write_bytes(write_many(parts, name, ExportOptions()))
         except (NothingToExportError, InvalidOptionError) as error:
             complain(str(file), f"not written: {error}")
         except OSError as error:

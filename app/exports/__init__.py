@@ -95,6 +95,9 @@ def export(
     unit: Unit | None = None,
     chord_error: float = 1e-3,
     export_kind: KindName | None = None,
+    title: str | None = None,
+    operator: str | None = None,
+    date: str | None = None,
 ) -> bytes: ...
 
 
@@ -108,6 +111,9 @@ def export(
     unit: Unit | None = None,
     chord_error: float = 1e-3,
     export_kind: KindName | None = None,
+    title: str | None = None,
+    operator: str | None = None,
+    date: str | None = None,
 ) -> dict[str, bytes]: ...
 
 
@@ -120,6 +126,9 @@ def export(
     unit: Unit | None = None,
     chord_error: float = 1e-3,
     export_kind: KindName | None = None,
+    title: str | None = None,
+    operator: str | None = None,
+    date: str | None = None,
 ) -> bytes | dict[str, bytes]:
     """An artefact as the bytes of a file, or several by name.
 
@@ -132,6 +141,7 @@ def export(
     unit : of the coordinates, `mm`, `m`, ...; None for that of the answer, if it has one. STEP files need it
     chord_error : largest distance of a mesh from the surface, as a share of the size, in [1e-5, 0.1]
     export_kind : which kind of an ambiguous answer; None for the first
+    title, operator, date : what the report says of itself, as given, up to 200 characters each
 
     Raises
     ------
@@ -160,7 +170,8 @@ def export(
             known = ", ".join(FORMATS)
             raise InvalidOptionError(f"artefact {name!r:.40} is unknown; allowed are {known}", "artifacts")
     fitted = fitted_points(recognition, points, options)
-    written = write(fitted, names, ExportOptions(unit, chord_error, export_kind))
+    how = ExportOptions(unit, chord_error, export_kind, title, operator, date)
+    written = write(fitted, names, how)
     return written[artifacts] if isinstance(artifacts, str) else written
 
 

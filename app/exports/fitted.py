@@ -6,6 +6,8 @@ from functools import cached_property
 from inspect import signature
 from typing import Any
 
+import numpy as np
+
 from primfit.fitting.answer.form import Form, form_of
 from primfit.fitting.answer.residuals import Residuals
 from primfit.fitting.answer.result import Recognition
@@ -23,6 +25,9 @@ from ..readers.cloud import PER_POINT, Array, Cloud
 from .drawing import Shape, shape_of
 
 OPTIONS = tuple(signature(config_of).parameters)
+ROUNDINGS = 16
+"""Roundings of a coordinate that a distance may hold."""
+
 COUNTS = ("weights", "standard_deviations")
 
 
@@ -49,11 +54,13 @@ class Fitted:
     ----------
     cloud : that was fitted; artefacts of points need it
     options : keyword options that `engine.fit` had, or None where they are not known
+    name : of the file that the cloud was read from, without folders; None where it had none
     """
 
     recognition: Recognition
     cloud: Cloud | None = None
     options: Mapping[str, Any] | None = None
+    name: str | None = None
 
     @property
     def primitive(self) -> Primitive:
@@ -95,6 +102,19 @@ class Fitted:
     def points(self) -> Array:
         """All points (N, 3) in the order of the input."""
         return self.given.points
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the bounding box of the inliers, of all points where none fits."""
+        points = self.points
+        if self.recognition.status != "no_fit" and self.residuals.inlier.any():
+            points = points[self.residuals.inlier]
+        return float(np.linalg.norm(np.ptp(points, axis=0)))
+
+    @cached_property
+    def rounding(self) -> float:
+        """What distances from a surface may be by the rounding of float64 alone."""
+        return ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(self.points).max())
 
     @cached_property
     def residuals(self) -> Residuals:

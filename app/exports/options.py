@@ -6,6 +6,8 @@ from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.names import KINDS, UNITS, KindName, Unit
 from primfit.fitting.request.values import number
 
+LONGEST = 200
+ABOUT = ("title", "operator", "date")
 SMALLEST_ERROR, LARGEST_ERROR = 1e-5, 0.1
 
 
@@ -19,11 +21,15 @@ class ExportOptions:
         it is known; nothing else is converted
     export_kind : which of the kinds of an ambiguous answer; None for the first
     chord_error : largest distance of a mesh from its surface, as a share of the size of the trimmed shape
+    title, operator, date : what the report says of itself, as given; it guesses none of them
     """
 
     unit: Unit | None = None
     chord_error: float = 1e-3
     export_kind: KindName | None = None
+    title: str | None = None
+    operator: str | None = None
+    date: str | None = None
 
     def __post_init__(self) -> None:
         if self.unit not in (None, *UNITS):
@@ -38,6 +44,8 @@ class ExportOptions:
                 f"[{SMALLEST_ERROR:g}, {LARGEST_ERROR:g}]",
                 "chord_error",
             )
+        for name in ABOUT:
+            _check_text(name, getattr(self, name))
 
 
 def known_unit(unit: Unit | None) -> Unit:
@@ -47,3 +55,17 @@ def known_unit(unit: Unit | None) -> Unit:
             f"unit is not known, and a STEP file needs one; give it, out of {', '.join(UNITS)}", "unit"
         )
     return unit
+
+
+def _check_text(name: str, text: object) -> None:
+    """A line that a report shows."""
+    if text is None:
+        return
+    if not isinstance(text, str):
+        raise InvalidOptionError(f"{name} is of type {type(text).__name__}; it is a text", name)
+    if len(text) > LONGEST:
+        raise InvalidOptionError(
+            f"{name} is {len(text)} characters long; at most {LONGEST} are allowed", name
+        )
+    if not text.isprintable():
+        raise InvalidOptionError(f"{name} holds line breaks or other characters that cannot be printed", name)

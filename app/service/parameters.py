@@ -3,7 +3,7 @@
 from typing import Any
 
 from ..exports import FORMATS as ARTIFACTS
-from ..exports.options import LARGEST_ERROR, SMALLEST_ERROR
+from ..exports.options import ABOUT, LARGEST_ERROR, LONGEST, SMALLEST_ERROR
 from ..wire.options import OBJECTS
 from ..wire.schemas import BatchUpload, FitOptions
 
@@ -65,6 +65,16 @@ ARTIFACT_OPTIONS: list[dict[str, Any]] = [
         "description": "largest distance of meshes from the surface over their size; 0.001 by default",
         "schema": {"type": "number", "minimum": SMALLEST_ERROR, "maximum": LARGEST_ERROR},
     },
+    *(
+        {
+            "name": name,
+            "in": "query",
+            "required": False,
+            "description": f"{name} on the report, as given; it has none by default",
+            "schema": {"type": "string", "maxLength": LONGEST},
+        }
+        for name in ABOUT
+    ),
 ]
 
 IF_NONE_MATCH: dict[str, Any] = {

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from primfit.fitting.errors import InvalidOptionError
 
 from ..exports import FORMATS, ExportOptions, Wanted
+from ..exports.options import ABOUT
 from ..readers.errors import FieldError, describe
 from .problems import InvalidOptionsError
 
-NAMES = ("artifacts", "chord_error", "export_kind")
+NAMES = ("artifacts", "chord_error", "export_kind", *ABOUT)
 
 
 def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], Wanted]:
@@ -52,6 +53,7 @@ def _options(given: dict[str, str]) -> ExportOptions:
     except ValueError:
         raise InvalidOptionsError([FieldError("chord_error", "not a number", describe(told))]) from None
     try:
-        return ExportOptions(None, chord_error, given.get("export_kind"))  # type: ignore[arg-type]
+        beside = {name: given.get(name) for name in NAMES[2:]}
+        return ExportOptions(chord_error=chord_error, **beside)  # type: ignore[arg-type]
     except InvalidOptionError as error:
         raise InvalidOptionsError([FieldError(error.field, str(error))]) from None

@@ -22,10 +22,11 @@ class Part:
     stop: int = 0
 
 
-def split_parts(body: bytes | memoryview, content_type: str) -> dict[str, memoryview]:
-    """The content of each part by its name, without a copy; each may be there once."""
-    view = memoryview(body)
-    return {part.name: view[part.start : part.stop] for part in find_parts(body, content_type)}
+def split_parts(body: bytes | memoryview, content_type: str) -> tuple[dict[str, memoryview], str | None]:
+    """The content of each part by its name, without a copy, and the file name that came with the file."""
+    view, parts = memoryview(body), find_parts(body, content_type)
+    name = next((part.filename for part in parts if part.name == "file"), None)
+    return {part.name: view[part.start : part.stop] for part in parts}, name
 
 
 def find_parts(

@@ -21,7 +21,7 @@ from ..readers.columns import as_columns
 from ..wire.artifacts import NAMES, split_query
 from ..wire.disposition import attachment
 from ..wire.etag import etag, names
-from ..wire.multipart import find_parts, split_parts
+from ..wire.multipart import split_parts
 from ..wire.options import check_options, parse_options
 from ..wire.problems import MEDIA_TYPE, AlreadyAnsweredError, problem
 from . import logs
@@ -104,7 +104,7 @@ def _fit(job: FitJob) -> Reply:
     body: bytes | memoryview = job.body if isinstance(job.body, bytes) else job.body.read_bytes()
     if job.coding is not None:
         body = unpack(memoryview(body), job.coding, job.limits, "body")
-    file, beside = _file(body, job)
+    file, beside, name = _file(body, job)
     others = NAMES if job.export else ()
     options = check_options(query, beside, beside=others)
     cloud = _read(file, job, Pick(columns=as_columns(options.get("columns"))))
@@ -122,8 +122,8 @@ def _fit(job: FitJob) -> Reply:
     recognition, content, facts = fitted(cloud, options)
     seconds = {"read": read_at - started, "fit": facts["fit_seconds"]}
     if wanted is not None:
-        archive = bundle(to_json(content), Fitted(recognition, cloud, options), wanted)
-        named = {"Content-Disposition": attachment(_archive_name(body, job))}
+        archive = bundle(to_json(content), Fitted(recognition, cloud, options, name), wanted)
+        named = {"Content-Disposition": attachment(_archive_name(name))}
         return Reply(200, archive, ZIP, named, seconds, facts)
     headers = {"ETag": etag(content["receipt"], cloud)}
     return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
@@ -147,14 +147,15 @@ def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[
     )
 
 
-def _file(body: bytes | memoryview, job: FitJob) -> tuple[memoryview, Mapping[str, Any]]:
-    """What holds the cloud, and the options that an upload has beside it."""
+def _file(body: bytes | memoryview, job: FitJob) -> tuple[memoryview, Mapping[str, Any], str | None]:
+    """What holds the cloud, the options that an upload has beside it, and the name of its file."""
     if job.media_type != "multipart/form-data":
-        return memoryview(body), {}
-    parts = split_parts(body, job.content_type)
+        return memoryview(body), {}, None
+    parts, name = split_parts(body, job.content_type)
     if "file" not in parts:
         raise UnreadableFileError("file", "part file is missing", "missing")
-    return memoryview(parts["file"]), parse_options(parts["options"]) if "options" in parts else {}
+    beside = parse_options(parts["options"]) if "options" in parts else {}
+    return memoryview(parts["file"]), beside, base_name(name)
 
 
 def _read(file: memoryview, job: FitJob, pick: Pick) -> Cloud:
@@ -163,12 +164,9 @@ def _read(file: memoryview, job: FitJob, pick: Pick) -> Cloud:
     return (read_unpacked if job.coding else read)(file, job.limits, pick)
 
 
-def _archive_name(body: bytes | memoryview, job: FitJob) -> str:
+def _archive_name(name: str | None) -> str:
     """`scan.zip` for an upload of `scan.csv.gz`, `primfit.zip` where no name came with the cloud."""
-    if job.media_type != "multipart/form-data":
-        return "primfit.zip"
-    files = (part.filename for part in find_parts(body, job.content_type) if part.name == "file")
-    name = base_name(next(files, None)) or "primfit"
+    name = name or "primfit"
     if name.lower().endswith((".gz", ".zst")):
         name = name.rpartition(".")[0]
     return f"{name.rpartition('.')[0] or name}.zip"

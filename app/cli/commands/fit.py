@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 TO_WRITE = "Files to write (of one FILE)"
 
 
+def _about(help: str) -> Any:
+    """An option of a file that is written."""
+    return typer.Option(help=help, rich_help_panel=TO_WRITE)
+
+
 def _file(contents: str) -> Any:
     """The option of a file that is written beside the answer; `contents` says what goes into it."""
     return typer.Option(help=f"Write {contents}.", dir_okay=False, rich_help_panel=TO_WRITE)
@@ -76,6 +81,14 @@ def fit(
             rich_help_panel=TO_WRITE,
         ),
     ] = None,
+    title: Annotated[str | None, _about("Title of the report.")] = None,
+    operator: Annotated[
+        str | None, typer.Option(help="Who measured, as the report says it.", rich_help_panel=TO_WRITE)
+    ] = None,
+    date: Annotated[
+        str | None,
+        typer.Option(help="When it was measured, as the report says it.", rich_help_panel=TO_WRITE),
+    ] = None,
 ) -> None:
     """Fit the cloud in each FILE and print the answer.
 
@@ -110,7 +123,9 @@ def fit(
         "form": form,
         "report": report,
     }
-    artifacts = Artifacts.wanted(exports, files, labels, chord_error, export_kind, options.get("include"))
+    how: dict[str, Any] = {"chord_error": chord_error, "export_kind": export_kind}
+    how |= {"title": title, "operator": operator, "date": date}
+    artifacts = Artifacts.wanted(exports, files, labels, how, options.get("include"))
     raise typer.Exit(worst(_statuses(files, options, labels, as_json, artifacts)))
 
 

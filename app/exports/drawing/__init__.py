@@ -68,7 +68,7 @@ class Drawing(Protocol):
         """The primitive of this kind within its extents."""
         ...
 
-    def unrolled(self, primitive: Any, shape: Any, points: Array, unit: str) -> Unrolled:
+    def unrolled(self, primitive: Any, shape: Any, points: Array) -> Unrolled:
         """Points (N, 3) near the primitive on the plane of a map; `shape` is what `trimmed` made."""
         ...
 

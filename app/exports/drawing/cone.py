@@ -10,7 +10,7 @@ from .patch import Span
 from .revolved import Revolved, swept
 from .unrolled import Unrolled
 
-POSITIVE = "on the outer side"
+POSITIVE = "outside"
 UPRIGHT = "axis"
 
 
@@ -24,7 +24,7 @@ def trimmed(primitive: Cone, extents: ConeExtents) -> Revolved:
     return swept(extents, profile, v, primitive.apex, primitive.axis, (v.start == 0.0, False))
 
 
-def unrolled(primitive: Cone, shape: Revolved, points: Array, unit: str) -> Unrolled:
+def unrolled(primitive: Cone, shape: Revolved, points: Array) -> Unrolled:
     angle, _, height = shape.around(points)
-    names = ("around the axis [degrees]", f"from the apex [{unit}]")
+    names = ("around the axis", "height from the apex")
     return Unrolled(np.degrees(angle), height, names, (False, True))

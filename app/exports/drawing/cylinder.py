@@ -10,7 +10,7 @@ from .patch import Span
 from .revolved import Revolved, swept
 from .unrolled import Unrolled
 
-POSITIVE = "on the outer side"
+POSITIVE = "outside"
 UPRIGHT = "axis"
 
 
@@ -24,8 +24,8 @@ def trimmed(primitive: Cylinder, extents: CylinderExtents) -> Revolved:
     return swept(extents, profile, v, primitive.point, primitive.axis)
 
 
-def unrolled(primitive: Cylinder, shape: Revolved, points: Array, unit: str) -> Unrolled:
+def unrolled(primitive: Cylinder, shape: Revolved, points: Array) -> Unrolled:
     angle, _, height = shape.around(points)
-    names = (f"around the axis, as length [{unit}]", f"along the axis [{unit}]")
+    names = ("arc length around the axis", "along the axis")
     around = primitive.radius * (angle - shape.u.start)
     return Unrolled(around, height - shape.v.start, names, (True, True))

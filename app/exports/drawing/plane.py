@@ -7,7 +7,7 @@ from primfit.fitting.primitives.plane import Plane
 from .flat import Flat
 from .unrolled import Unrolled
 
-POSITIVE = "on the side that the normal points to"
+POSITIVE = "on the side the normal points to"
 UPRIGHT = "normal"
 
 
@@ -21,7 +21,7 @@ def trimmed(primitive: Plane, extents: PlaneExtents) -> Flat:
     )
 
 
-def unrolled(primitive: Plane, shape: Flat, points: Array, unit: str) -> Unrolled:
+def unrolled(primitive: Plane, shape: Flat, points: Array) -> Unrolled:
     relative = points - shape.center
-    names = (f"along the length [{unit}]", f"along the width [{unit}]")
+    names = ("along the length", "along the width")
     return Unrolled(relative @ shape.long, relative @ shape.short, names, (True, True))

@@ -10,7 +10,7 @@ from .patch import Span
 from .revolved import Revolved
 from .unrolled import Unrolled
 
-POSITIVE = "on the outer side"
+POSITIVE = "outside"
 UPRIGHT = "axis"
 POLE = np.pi / 2.0
 
@@ -35,13 +35,13 @@ def trimmed(primitive: Sphere, extents: SphereExtents) -> Revolved:
     )
 
 
-def unrolled(primitive: Sphere, shape: Revolved, points: Array, unit: str) -> Unrolled:
+def unrolled(primitive: Sphere, shape: Revolved, points: Array) -> Unrolled:
     """A cap of no more than a hemisphere is laid flat with true distances from its middle."""
     angle, rho, height = shape.around(points)
     latitude = np.arctan2(height, rho)
     if shape.v.start >= 0.0:
         away = primitive.radius * (np.pi / 2.0 - latitude)
-        name = f"from the middle of the cap [{unit}]"
+        name = "from the center of the cap"
         return Unrolled(away * np.cos(angle), away * np.sin(angle), (name, name), (True, True))
-    names = ("around the axis of the cap [degrees]", "above its equator [degrees]")
+    names = ("around the axis of the cap", "above its equator")
     return Unrolled(np.degrees(angle), np.degrees(latitude), names, (False, False))

@@ -25,8 +25,8 @@ def trimmed(primitive: Torus, extents: TorusExtents) -> Revolved:
     return swept(extents, profile, v, primitive.center, primitive.axis)
 
 
-def unrolled(primitive: Torus, shape: Revolved, points: Array, unit: str) -> Unrolled:
+def unrolled(primitive: Torus, shape: Revolved, points: Array) -> Unrolled:
     angle, rho, height = shape.around(points)
     tube = near(np.arctan2(height, rho - primitive.major_radius), shape.v.middle)
-    names = ("around the axis [degrees]", "around the tube [degrees]")
+    names = ("around the axis", "around the tube")
     return Unrolled(np.degrees(angle), np.degrees(tube), names, (False, False))

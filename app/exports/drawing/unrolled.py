@@ -15,7 +15,7 @@ class Unrolled:
     Attributes
     ----------
     across, along : (N,) coordinates; lengths or degrees
-    names : what they are, with the unit
+    names : what they are
     lengths : which of them are
     """
 
@@ -24,10 +24,13 @@ class Unrolled:
     names: tuple[str, str]
     lengths: tuple[bool, bool]
 
-    def lying(self) -> Self:
-        """The same with the longer side across, where both are lengths."""
-        if not all(self.lengths) or np.ptp(self.along) <= np.ptp(self.across):
-            return self
+    @property
+    def is_upright(self) -> bool:
+        """Whether both are lengths, and the range of `along` is the larger."""
+        return all(self.lengths) and bool(np.ptp(self.along) > np.ptp(self.across))
+
+    def turned(self) -> Self:
+        """With the other coordinate across."""
         return replace(self, across=self.along, along=self.across, names=self.names[::-1])
 
 

@@ -1,34 +1,29 @@
 """One HTML file about one answer, with its pictures in it: it needs nothing else, and no network."""
 
 from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
-
-import numpy as np
 
 from primfit.fitting.answer.residuals import Deviations
 from primfit.fitting.answer.result import Alternative
-from primfit.fitting.errors import FailedFit
 from primfit.fitting.plain import worded
-from primfit.fitting.primitives import SIZES, is_angle
+from primfit.fitting.uncertainty.values import Uncertainty
 
-from ..colors import color_limit
 from ..drawing import DRAWINGS
 from ..fitted import Fitted, NothingToExportError
 from ..options import ExportOptions
 from . import tables
+from .headline import figures
 from .histogram import histogram
 from .markup import Markup, element, joined, table
-from .numbers import known_to, short
+from .ranges import color_reach
 from .scene import SHOWN_POINTS, Scene, shape_in
 from .svg import PICTURE_STYLE
 from .unrolled import unrolled_map
 from .views import lone_view, views
 
 _STYLE = Path(__file__).with_name("style.css")
-_UNKNOWN = {
-    True: "Nothing is known of their uncertainty under this criterion.",
-    False: "Their uncertainty was not asked for.",
-}
+_UNKNOWN = {True: "This criterion gives no uncertainty.", False: "The uncertainty was not requested."}
 """What stands in place of an uncertainty, by whether it was asked for."""
 _SAID = {"fitted": "fitted", "ambiguous": "ambiguous", "no_fit": "no fit"}
 
@@ -47,7 +42,7 @@ def html_report(fitted: Fitted, options: ExportOptions) -> bytes:
     if recognition.status != "no_fit" and not fitted.residuals.inlier.any():
         raise NothingToExportError(f"none of the {len(points)} points lies near the {fitted.primitive.kind}")
     kind = fitted.primitive.kind if recognition.status != "no_fit" else "point cloud"
-    title = f"{kind.capitalize()}, {len(points):,} points"
+    title = options.title or kind.capitalize()
     head = joined(
         [
             Markup('<meta charset="utf-8">'),
@@ -56,140 +51,164 @@ def html_report(fitted: Fitted, options: ExportOptions) -> bytes:
             element("style", PICTURE_STYLE, Markup(_STYLE.read_text(encoding="utf-8"))),
         ]
     )
-    chip = element("small", _SAID[recognition.status], class_=recognition.status)
-    header = element("header", element("h1", kind.capitalize(), chip), element("p", recognition.message))
     parts = _fit_parts if recognition.status != "no_fit" else _no_fit_parts
-    foot = element("footer", "Made by primfit. Lengths are in the unit of the input.")
-    body = element("body", header, *parts(fitted, options.unit or "unit not given"), *_trail(fitted), foot)
+    foot = element("footer", f"Made by primfit {version('primfit')}.")
+    body = element("body", _header(fitted, options, title), *parts(fitted, options.unit), foot)
     return f'<!doctype html>\n<html lang="en"><head>{head}</head>{body}</html>\n'.encode()
 
 
-def scene_svg(fitted: Fitted, unit: str = "") -> str:
+def scene_svg(fitted: Fitted, unit: str | None = None) -> str:
     """The isometric view of the points and the trimmed primitive as one SVG, which brings its own style.
 
     A notebook may show it, or a file hold it; under `no_fit` it shows the points alone. Raises
     `InvalidOptionError` where there are no points.
     """
     is_fit = fitted.recognition.status != "no_fit"
-    return lone_view(Scene.of(fitted), color_limit(fitted.residuals) if is_fit else 0.0, unit)
+    return lone_view(Scene.of(fitted), _limit(fitted) if is_fit else 0.0, unit)
 
 
-def _fit_parts(fitted: Fitted, unit: str) -> Iterator[Markup]:
+def _limit(fitted: Fitted) -> float:
+    """The residual at which the colors end; 0 where all there is is rounding."""
+    return color_reach(fitted.residuals, fitted.rounding)
+
+
+def _header(fitted: Fitted, options: ExportOptions, title: str) -> Markup:
+    """The title, what was given of the report, and the verdict in words."""
+    status = fitted.recognition.status
+    given = {
+        "file": fitted.name,
+        "date": options.date,
+        "operator": options.operator,
+        "points": f"{len(fitted.points):,}",
+        "unit": _named(options.unit),
+    }
+    about = (
+        element("div", element("dt", name), element("dd", value)) for name, value in given.items() if value
+    )
+    return element(
+        "header",
+        element("h1", title, element("small", _SAID[status], class_=status)),
+        element("dl", *about, class_="about"),
+        element("p", fitted.recognition.message),
+    )
+
+
+def _named(unit: str | None) -> str:
+    return unit or "not given"
+
+
+def _fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     residuals, recognition = fitted.residuals, fitted.recognition
     inlying = residuals.distance[residuals.inlier]
     every, inliers = Deviations.of(residuals.distance), Deviations.of(inlying)
-    limit = color_limit(residuals)
-    yield _key_figures(fitted, inliers, unit)
-    if recognition.uncertainty and recognition.uncertainty.warnings:
-        items = (element("li", warning.message) for warning in recognition.uncertainty.warnings)
-        yield element("ul", *items, class_="warnings")
-    yield _views(fitted, limit, unit)
-    if shape_in(fitted) is not None:
-        told = "Of the inliers: each of them, or means of cells where they are many. Grey is where none are."
-        figure = element("figure", unrolled_map(fitted, limit, unit))
-        yield _section("Residuals on the unrolled surface", told, figure)
-    told = f"Signed distances of the inliers: positive {DRAWINGS[fitted.primitive.kind].POSITIVE}."
-    yield _section("Residuals", told, element("figure", histogram(inliers, limit, unit)))
-    told = (
-        "Peak to valley of the inliers: the width of the zone between two offsets of the reference feature "
-        "that holds them. All numbers of either feature are free."
-    )
-    yield _section("Form error", told, tables.form_table(fitted.form, unit))
-    percentiles = tables.percentiles_table(every, inliers, unit)
-    pair = (
-        _section("Error and noise", "", tables.error_table(recognition, unit)),
-        _section("Percentiles", "", percentiles),
-    )
-    yield element("div", *pair, class_="pair")
+    limit = _limit(fitted)
+    yield figures(fitted, inliers, unit)
+    yield from _warnings(recognition.uncertainty)
     yield from _numbers(fitted, unit)
+    yield _views(fitted, limit, unit)
+    told = "Peak-to-valley deviation of the inliers from each reference. All parameters are refitted."
+    yield _section("Form error", told, tables.form_table(fitted.form, fitted.rounding, unit))
+    yield element("div", *_pictures(fitted, limit, unit), class_="pair plots")
+    errors = _section("Error and noise", "", tables.error_table(recognition, fitted.rounding, unit))
+    percentiles = tables.percentiles_table(every, inliers, fitted.rounding, unit)
+    yield element("div", errors, _section("Percentiles", "", percentiles), class_="pair")
+    for other in recognition.alternatives:
+        yield _alternative(fitted, other, unit)
+    yield _tried(fitted, unit)
+    yield element("div", _receipt(fitted), class_="receipt")
 
 
-def _numbers(fitted: Fitted, unit: str) -> Iterator[Markup]:
+def _warnings(known: Uncertainty | None) -> Iterator[Markup]:
+    if known and known.warnings:
+        items = (element("li", warning.message) for warning in known.warnings)
+        yield element("ul", *items, class_="warnings")
+
+
+def _numbers(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
+    """The parameters with their intervals, where the primitive ends, and the constraints."""
     recognition = fitted.recognition
     told = "" if recognition.uncertainty else _UNKNOWN["uncertainty" in recognition.include]
-    parameters = tables.parameters_table(fitted.primitive, recognition.uncertainty, unit)
+    parameters = tables.parameters_table(fitted.primitive, recognition.uncertainty, fitted.size, unit)
     parts = [_section(f"Parameters of the {fitted.primitive.kind}", told, parameters)]
-    if recognition.extents:
-        parts.append(_section("Extents", "", tables.extents_table(recognition.extents, unit)))
-    yield element("div", *parts, class_="pair")
-    for other in recognition.alternatives:
-        yield from _alternative(other, fitted.primitive.kind, unit)
     if recognition.active_constraints:
         effects = recognition.active_constraints.items()
         rows = table((worded(name), effect) for name, effect in effects)
-        yield _section("Constraints", "", rows)
+        parts.append(_section("Constraints", "", rows))
+    beside = []
+    if recognition.extents:
+        beside = [_section("Extents", "", tables.extents_table(recognition.extents, fitted.size, unit))]
+    yield element("div", element("div", *parts), *beside, class_="pair")
 
 
-def _alternative(other: Alternative, shown: str, unit: str) -> Iterator[Markup]:
+def _pictures(fitted: Fitted, limit: float, unit: str | None) -> Iterator[Markup]:
+    """The map and the histogram; of residuals that are all rounding there is nothing to see."""
+    residuals = fitted.residuals
+    distance = residuals.distance[residuals.inlier]
+    if limit == 0.0:
+        told = "All inliers lie on the surface, to the rounding of their coordinates."
+        yield _section("Residuals", told)
+        return
+    if shape_in(fitted) is not None:
+        are_few = len(distance) <= SHOWN_POINTS
+        what = "Of each inlier" if are_few else "Mean of the inliers in each cell; gray cells hold none"
+        figure = element("figure", unrolled_map(fitted, limit, unit))
+        yield _section("Residuals on the unrolled surface", f"{what}.", figure)
+    told = f"Signed distances of the inliers, positive {DRAWINGS[fitted.primitive.kind].POSITIVE}."
+    yield _section("Residuals", told, element("figure", histogram(distance, limit, unit)))
+
+
+def _alternative(fitted: Fitted, other: Alternative, unit: str | None) -> Markup:
     """Its parameters with their intervals, its error, what to beware of, and where it ends."""
-    told = f"The points do not tell it from the {shown}, which the pictures show."
     known, kind = other.uncertainty, other.primitive.kind
-    parts = [tables.parameters_table(other.primitive, known, unit), tables.distances_table(other.error, unit)]
-    if known and known.warnings:
-        items = (element("li", warning.message) for warning in known.warnings)
-        parts.insert(0, element("ul", *items, class_="warnings"))
-    sections = [_section(f"Or a {kind}", told, *parts)]
+    told = f"It explains the points as well as the {fitted.primitive.kind}, which the pictures show."
+    parameters = tables.parameters_table(other.primitive, known, fitted.size, unit)
+    distances = tables.distances_table(other.error, fitted.rounding, unit)
+    parts = [_section(f"Alternative: {kind}", told, *_warnings(known), parameters, distances)]
     if other.extents:
-        sections.append(_section(f"Extents of the {kind}", "", tables.extents_table(other.extents, unit)))
-    yield element("div", *sections, class_="pair")
+        parts.append(
+            _section(f"Extents of the {kind}", "", tables.extents_table(other.extents, fitted.size, unit))
+        )
+    return element("div", *parts, class_="pair")
 
 
-def _no_fit_parts(fitted: Fitted, unit: str) -> Iterator[Markup]:
+def _no_fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     yield _views(fitted, 0.0, unit)
-    best = fitted.recognition.primitive
+    yield _tried(fitted, unit)
+    best, parts = fitted.recognition.primitive, [_receipt(fitted)]
     if best is not None:
-        told = "The best of what was tried. It does not explain the points, so it is not drawn."
-        yield _section(f"Best try: a {best.kind}", told, tables.parameters_table(best, None, unit))
+        told = "The best attempt. It does not explain the points, so the pictures do not show it."
+        rows = tables.parameters_table(best, None, fitted.size, unit)
+        parts.insert(0, _section(f"Best try: {best.kind}", told, rows))
+    yield element("div", *parts, class_="pair")
 
 
-def _trail(fitted: Fitted) -> Iterator[Markup]:
-    yield _section("What was tried", "", tables.attempts_table(fitted.recognition))
-    yield _section("Receipt", "", tables.receipt_table(fitted))
+def _tried(fitted: Fitted, unit: str | None) -> Markup:
+    return _section("Kinds tried", "", tables.attempts_table(fitted.recognition, fitted.rounding, unit))
+
+
+def _receipt(fitted: Fitted) -> Markup:
+    return _section("Receipt", "", tables.receipt_table(fitted))
 
 
 def _section(title: str, told: str, *content: Markup) -> Markup:
     return element("section", element("h2", title), *([element("p", told)] if told else []), *content)
 
 
-def _key_figures(fitted: Fitted, inliers: Deviations, unit: str) -> Markup:
-    """Sizes, error and form error, large."""
-    recognition, form = fitted.recognition, fitted.form
-    known = recognition.uncertainty.intervals if recognition.uncertainty else {}
-    figures = []
-    for name in SIZES:
-        if (value := getattr(fitted.primitive, name, None)) is not None:
-            deviation = known[name].standard_deviation if name in known else None
-            if is_angle(name):
-                figures.append(("half-angle", f"{np.degrees(value):.6g}\u00b0"))
-            else:
-                figures.append((worded(name), f"{_at_most_eight(value, deviation)} {unit}"))
-    figures.append(("rms of the inliers", f"{short(inliers.rms)} {unit}"))
-    if not isinstance(form.minimum_zone, FailedFit):
-        figures.append((f"{form.name}, minimum zone", f"{short(form.minimum_zone.form_error)} {unit}"))
-    figures.append(("inliers", f"{inliers.n_points:,} of {len(fitted.points):,}"))
-    pairs = (element("div", element("dt", name), element("dd", value)) for name, value in figures)
-    return element("dl", *pairs)
-
-
-def _at_most_eight(value: float, deviation: float | None) -> str:
-    return min(known_to(value, deviation), f"{value:.8g}", key=len)
-
-
-def _views(fitted: Fitted, limit: float, unit: str) -> Markup:
-    n_points = len(fitted.points)
-    told = (
+def _views(fitted: Fitted, limit: float, unit: str | None) -> Markup:
+    n_points, recognition = len(fitted.points), fitted.recognition
+    drawn = (
         "All points"
         if n_points <= SHOWN_POINTS
-        else f"{SHOWN_POINTS:,} of {n_points:,} points, drawn by chance,"
+        else f"Random sample of {SHOWN_POINTS:,} of {n_points:,} points"
     )
-    if fitted.recognition.status == "no_fit":
-        told += " without a primitive: none explains them. z points up."
-    elif fitted.recognition.extents is None:
-        asked = "extents" in fitted.recognition.include
-        why = "they do not say where it ends" if asked else "where it ends was not asked for"
-        told += f" without the {fitted.primitive.kind}: {why}. z points up."
+    if recognition.status == "no_fit":
+        told = f"{drawn}. No primitive explains them. The z axis points up."
+    elif recognition.extents is None:
+        asked = "extents" in recognition.include
+        why = "the points span no surface" if asked else "extents were not requested"
+        told = f"{drawn}. The {fitted.primitive.kind} is not drawn: {why}. The z axis points up."
     else:
         kind = fitted.primitive.kind
-        told += f" and the {kind}, trimmed to where they are. Its {DRAWINGS[kind].UPRIGHT} is upright."
-    figures = element("div", views(Scene.of(fitted), limit, unit), class_="views")
-    return _section("The points", told, figures)
+        told = f"{drawn} and the {kind} within its extents. Its {DRAWINGS[kind].UPRIGHT} points up."
+    pictures = element("div", views(Scene.of(fitted), limit, unit), class_="views")
+    return _section("The points", told, pictures)

@@ -10,9 +10,14 @@ from primfit.fitting.primitives.primitive import Primitive
 
 from ..drawing import Shape
 from ..fitted import Fitted
+from .ranges import range_about, robust_range
 
 SHOWN_POINTS = 3000
-"""So many points, drawn by chance, are in a view; all of them where there are no more."""
+"""So many points, a random sample, are in a view; all of them where there are no more."""
+
+BESIDE, REACH = 0.02, 2.0
+"""Points beside the surface are in the pictures up to this share of its size, and this many times the
+distance that 95% of the inliers are within."""
 
 UPRIGHT = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 """Which way is up, and which is to the viewer, where there is no surface."""
@@ -83,14 +88,19 @@ class Scene:
     points : (N, 3), some of the cloud
     distance : (N,) their residuals, or None
     surface : the trimmed primitive, or None
-    framed : (F, 3) what has to be in the pictures: the surface and the inliers
+    near : (K, 3) the inliers, or all points where there is no surface: pictures reach to those of them that
+        are not far from the others
+    slack : how far from the surface they may be to be in the pictures [length]
+    cloud : (M, 3) all points
     axis, front : (3,) the directions that are up in the pictures, and to the viewer
     """
 
     points: Array
     distance: Array | None
     surface: Surface | None
-    framed: Array
+    near: Array
+    slack: float
+    cloud: Array
     axis: Array
     front: Array
 
@@ -103,13 +113,22 @@ class Scene:
             distance, kept = fitted.residuals.distance, fitted.residuals.inlier
         shape = shape_in(fitted)
         surface = None if shape is None else Surface.of(fitted.primitive, shape)
-        framed = points[kept] if kept is not None and kept.any() else points
-        if surface is not None:
-            framed = np.vstack([framed, surface.pieces.reshape(-1, 3)])
+        near, slack = points, 0.0
+        if distance is not None and kept is not None and kept.any():
+            near, slack = points[kept], REACH * float(np.percentile(np.abs(distance[kept]), 95.0))
         rows = shown(len(points))
         axis, front = UPRIGHT if shape is None else shape.directions()
         some = None if distance is None else distance[rows]
-        return cls(points[rows], some, surface, framed, axis, front)
+        return cls(points[rows], some, surface, near, slack, points, axis, front)
+
+    def reach(self, camera: Camera, origin: Array) -> tuple[Array, Array]:
+        """From where to where (3,) pictures go, as the camera sees it from the origin."""
+        near = camera.seen(self.near - origin)
+        if self.surface is None:
+            return robust_range(near)
+        pieces = camera.seen(self.surface.pieces.reshape(-1, 3) - origin)
+        margin = BESIDE * float(np.ptp(pieces, axis=0).max()) + self.slack
+        return range_about(near, pieces, margin)
 
 
 def shape_in(fitted: Fitted) -> Shape | None:

@@ -1,5 +1,6 @@
 """Pieces of pictures. Lengths are whole tenths of a pixel: paths are short, and the same everywhere."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,15 @@ FEW = 1200
 
 PICTURE_STYLE = Markup(Path(__file__).with_name("picture.css").read_text(encoding="utf-8"))
 """Colors of the page where it has some, else those of a white one."""
+
+MOST_DIGITS, MOST_DECIMALS = 7, 6
+"""Letters of a number at an axis, and decimals."""
+
+FONT = 180
+"""Height of the letters at the axes; `picture.css` has it, too."""
+
+MOST_MARKS = 300
+"""Dots that stand for points beyond a picture."""
 
 HALO = 9
 """How much wider than a dot the ring around it is."""
@@ -69,6 +79,17 @@ def dot_size(least: int, n_points: int) -> int:
     return round(least * min(max((FEW / max(n_points, 1)) ** 0.5, 1.0), 2.0))
 
 
+def beyond(places: Array, size: int) -> Markup:
+    """Hollow dots at places (N, 2) on the edge of a picture, for points that lie beyond it."""
+    spots = np.unique(np.rint(places / size).astype(np.int64) * size, axis=0)[:MOST_MARKS]
+    data = "".join(f"M{x} {y}h0" for x, y in spots.tolist())
+    rings = [
+        element("path", d=data, class_=class_, stroke_width=width)
+        for class_, width in (("ring", size + 24), ("hole", size))
+    ]
+    return element("g", *rings, stroke_linecap="round", fill="none") if data else Markup("")
+
+
 def color_bar(x: int, y: int, width: int, height: int) -> Markup:
     """The colours from left to right."""
     colors = colored(np.zeros(1), 1.0)[1]
@@ -77,6 +98,52 @@ def color_bar(x: int, y: int, width: int, height: int) -> Markup:
         element("rect", x=left, y=y, width=right - left + 1, height=height, fill=color)
         for left, right, color in zip(edges[:-1], edges[1:], colors, strict=True)
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """Round numbers along an axis, and what is written at them.
+
+    Attributes
+    ----------
+    values : where they are, in the numbers of the axis
+    labels : one each
+    less : what the labels leave out of the values, as text; empty where it is nothing
+    """
+
+    values: list[float]
+    labels: list[str]
+    less: str = ""
+
+    @classmethod
+    def of(cls, low: float, high: float, room: float, is_upright: bool = False) -> "Axis":
+        """From low to high, as many as have room (tenths of a pixel) beside each other, or above."""
+        found = cls([], [])
+        for most in range(max(int(room / (2.2 * FONT)), 1), 0, -1):
+            found = cls._of(ticks(low, high, most), nice((high - low) / most))
+            widest = 0.0 if is_upright else max(map(len, found.labels), default=0) * 0.6 * FONT
+            if len(found.labels) * (widest + 0.8 * FONT) <= room * 1.1 or is_upright:
+                break
+        return found
+
+    @classmethod
+    def _of(cls, values: list[float], step: float) -> "Axis":
+        """With labels that tell numbers a step apart."""
+        if not values:
+            return cls([], [])
+        decimals = max(-int(np.floor(np.log10(step) + 1e-6)), 0)
+        largest = max(map(abs, values))
+        if decimals > MOST_DECIMALS or step >= 10.0**MOST_DIGITS:
+            return cls(values, [f"{value:.3g}" for value in values])
+        if len(f"{largest:.{decimals}f}") <= MOST_DIGITS:
+            return cls(values, [f"{value:z.{decimals}f}" for value in values])
+        labels = [f"{value - values[0]:z.{decimals}f}" for value in values]
+        return cls(values, labels, f"{values[0]:,.{decimals}f}")
+
+    def named(self, name: str, unit: str) -> str:
+        """What is written beside the axis."""
+        less = f" \u2212 {self.less}".replace("\u2212 -", "+ ") if self.less else ""
+        return name + less + (f" [{unit}]" if unit else "")
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:

@@ -9,11 +9,16 @@ from numpy.typing import NDArray
 from primfit.fitting.geometry.vectors import Array
 
 from .markup import Markup, element, joined
+from .numbers import Unit, count
 from .scene import Camera, Scene, Surface
-from .svg import PICTURE_STYLE, colored, dot_size, dots, line_path, nice, picture, text
+from .svg import PICTURE_STYLE, beyond, colored, dot_size, dots, line_path, nice, picture, text
 
-SIZE, MARGIN, CORNER = 3600, 300, 120
+SIZE, STRIP, MARGIN = 3600, 520, 240
+"""The square of the scene, the strip below it, and what is free beside the scene."""
+
 DOT = 24
+EDGES = (2 * DOT, SIZE - 2 * DOT)
+"""From where to where points are drawn."""
 
 View = tuple[str, float, float]
 ISOMETRIC: View = ("isometric", 45.0, float(np.degrees(np.arctan(np.sqrt(0.5)))))
@@ -27,20 +32,26 @@ LIGHT = np.array([-0.35, 0.55, 0.76])
 OUTSIDE, INSIDE = ((150, 166, 186), (88, 104, 126)), ((168, 150, 132), (104, 90, 78))
 """Colours in the light and in the shade, of either side of the surface."""
 
+ARM, BEYOND_ARM = 130.0, 75.0
+"""Length of the axes of the coordinates, and how far beyond their ends their names are."""
+
+FAR = 1.5
+"""An axis farther from the middle than so many times half the picture is not drawn."""
+
 SHADES = 10
 NEUTRAL = "#5b8fc9"
 
 
-def views(scene: Scene, limit: float, unit: str) -> Markup:
+def views(scene: Scene, limit: float, unit: str | None) -> Markup:
     """Three figures, each with its scale."""
     return joined(
         element("figure", _view(scene, view, limit, unit), element("figcaption", view[0])) for view in VIEWS
     )
 
 
-def lone_view(scene: Scene, limit: float, unit: str) -> Markup:
+def lone_view(scene: Scene, limit: float, unit: str | None) -> Markup:
     """The isometric view with its own style: a file, or a part of any page."""
-    ground = element("rect", width=SIZE, height=SIZE, fill="#f5f7f9")
+    ground = element("rect", width=SIZE, height=SIZE + STRIP, fill="#f5f7f9")
     beside = (element("style", PICTURE_STYLE), ground)
     return _view(scene, ISOMETRIC, limit, unit, *beside, xmlns="http://www.w3.org/2000/svg")
 
@@ -57,11 +68,10 @@ class _Frame:
     radius: float
 
     @classmethod
-    def about(cls, points: Array, camera: Camera) -> Self:
-        """That holds all the points (N, 3)."""
-        origin = points[0]
-        seen = camera.seen(points - origin)
-        low, high = seen.min(axis=0), seen.max(axis=0)
+    def about(cls, scene: Scene, camera: Camera) -> Self:
+        """That holds what the scene reaches to."""
+        origin = scene.near[0] if scene.surface is None else scene.surface.pieces[0, 0]
+        low, high = scene.reach(camera, origin)
         axes = np.stack([camera.right, camera.up, camera.toward])
         return cls(camera, origin + (low / 2.0 + high / 2.0) @ axes, float(np.max((high - low)[:2])) / 2.0)
 
@@ -70,13 +80,47 @@ class _Frame:
         return np.stack([SIZE / 2.0 + seen[..., 0], SIZE / 2.0 - seen[..., 1]], axis=-1), seen[..., 2]
 
 
-def _view(scene: Scene, view: View, limit: float, unit: str, *behind: Markup, **attributes: str) -> Markup:
+@dataclass(frozen=True, eq=False)
+class _Front:
+    """What of a surface is nearest to the viewer.
+
+    Attributes
+    ----------
+    nearest : (CELLS, CELLS) depth of the nearest sample in each cell; -inf where there is none
+    unit : the side of a cell or, of a surface that is deeper than the picture is wide, as large a part of
+        its depth: within a cell that may change so much
+    """
+
+    nearest: Array
+    unit: float
+
+    @classmethod
+    def of(cls, surface: Surface, frame: _Frame) -> Self:
+        nearest = np.full((CELLS, CELLS), -np.inf)
+        place, depth = frame.places(surface.fine)
+        row, column = _cells(place).T
+        np.maximum.at(nearest, (row, column), depth)
+        return cls(nearest, max(SIZE, float(np.ptp(depth)) if len(depth) else 0.0) / CELLS)
+
+    def hides(self, place: Array, depth: Array, slack: float = 3.0) -> NDArray[np.bool_]:
+        """Whether the surface is in front by more than so many units."""
+        cell = _cells(place)
+        return self.nearest[cell[..., 0], cell[..., 1]] > depth + slack * self.unit
+
+
+def _cells(place: Array) -> NDArray[np.intp]:
+    return np.clip(place[..., ::-1] * (CELLS / SIZE), 0, CELLS - 1).astype(np.intp)
+
+
+def _view(
+    scene: Scene, view: View, limit: float, unit: str | None, *behind: Markup, **attributes: str
+) -> Markup:
     title, azimuth, elevation = view
     camera = Camera.at(scene.axis, scene.front, azimuth, elevation)
-    frame = _Frame.about(scene.framed, camera)
+    frame = _Frame.about(scene, camera)
     place, depth = frame.places(scene.points)
-    inside = np.all((place > 0.0) & (place < SIZE), axis=1)
-    place, depth = place[inside], depth[inside]
+    inside = ~_is_beyond(place)
+    place, depth, outside = place[inside], depth[inside], place[~inside]
     if scene.distance is None:
         level, colors = np.zeros(len(place), np.intp), [NEUTRAL]
     else:
@@ -85,44 +129,46 @@ def _view(scene: Scene, view: View, limit: float, unit: str, *behind: Markup, **
     size = dot_size(DOT, len(place))
     hidden = np.zeros(len(place), bool)
     if scene.surface is not None:
-        nearest = _nearest(scene.surface, frame)
-        hidden = _is_hidden(place, depth, nearest)
+        front = _Front.of(scene.surface, frame)
+        hidden = front.hides(place, depth)
         parts.append(dots(place[hidden], level[hidden], colors, size))
-        parts.append(_pieces(scene.surface, frame, nearest))
-        parts += [_edge(edge, frame, nearest) for edge in scene.surface.edges]
+        parts.append(_pieces(scene.surface, frame, front))
+        parts += [_edge(edge, frame, front) for edge in scene.surface.edges]
         parts.append(_axis(scene.surface, frame))
-    parts.append(dots(place[~hidden], level[~hidden], colors, size))
-    parts += [_scale_bar(frame.radius, unit), _triad(camera)]
-    return picture(SIZE, SIZE, *parts, title=f"points and primitive, {title}", class_="view", **attributes)
+    parts += [dots(place[~hidden], level[~hidden], colors, size), beyond(_drawn_in(outside), 40)]
+    n_beyond = int(_is_beyond(frame.places(scene.cloud)[0]).sum())
+    parts += [_scale_bar(frame.radius, unit), _triad(camera), _told(n_beyond)]
+    about = f"points and primitive, {title}"
+    return picture(SIZE, SIZE + STRIP, *parts, title=about, class_="view", **attributes)
 
 
-def _nearest(surface: Surface, frame: _Frame) -> Array:
-    """Depth (CELLS, CELLS) of the surface that is nearest to the viewer; -inf where there is none."""
-    nearest = np.full((CELLS, CELLS), -np.inf)
-    place, depth = frame.places(surface.fine)
-    row, column = _cells(place).T
-    np.maximum.at(nearest, (row, column), depth)
-    return nearest
+def _is_beyond(place: Array) -> NDArray[np.bool_]:
+    """Which places (N, 2) are not in the picture."""
+    return np.any((place < EDGES[0]) | (place > EDGES[1]), axis=1)
 
 
-def _cells(place: Array) -> NDArray[np.intp]:
-    return np.clip(place[..., ::-1] * (CELLS / SIZE), 0, CELLS - 1).astype(np.intp)
+def _drawn_in(place: Array) -> Array:
+    """Where the lines from the middle to places (N, 2) beyond the picture leave it."""
+    half = (EDGES[1] - EDGES[0]) / 2.0
+    away = place - SIZE / 2.0
+    return SIZE / 2.0 + away * (half / np.abs(away).max(axis=1, keepdims=True))
 
 
-def _is_hidden(place: Array, depth: Array, nearest: Array, slack: float = 3.0) -> NDArray[np.bool_]:
-    """Whether the surface is in front by more than so many cells."""
-    cell = _cells(place)
-    return nearest[cell[..., 0], cell[..., 1]] > depth + slack * SIZE / CELLS
+def _told(n_beyond: int) -> Markup:
+    """How many points lie beyond the picture."""
+    if not n_beyond:
+        return Markup("")
+    return text(SIZE / 2.0, SIZE + STRIP - 90, f"{count(n_beyond, 'point')} beyond", "middle")
 
 
-def _pieces(surface: Surface, frame: _Frame, nearest: Array) -> Markup:
+def _pieces(surface: Surface, frame: _Frame, front: _Front) -> Markup:
     """The pieces from the farthest to the nearest, without those that are hidden."""
     place, depth = frame.places(surface.pieces)
     towards = surface.normals @ frame.camera.toward
     lit = frame.camera.seen(surface.normals) @ (LIGHT / np.linalg.norm(LIGHT))
     outside = towards >= 0.0
     shade = np.rint(np.clip(np.where(outside, lit, -lit), 0.0, 1.0) * (SHADES - 1)).astype(np.intp)
-    kept = ~np.all(_is_hidden(place, depth, nearest, 6.0), axis=1)
+    kept = ~np.all(front.hides(place, depth, 6.0), axis=1)
     order = np.flatnonzero(kept)[np.argsort(depth[kept].mean(axis=1), kind="stable")]
     runs: list[tuple[str, list[str]]] = []
     for i in order:
@@ -141,10 +187,10 @@ def _fill(outside: bool, shade: int) -> str:
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def _edge(edge: Array, frame: _Frame, nearest: Array) -> Markup:
+def _edge(edge: Array, frame: _Frame, front: _Front) -> Markup:
     """A line that is dashed where it is hidden."""
     place, depth = frame.places(edge)
-    hidden = _is_hidden(place, depth, nearest)
+    hidden = front.hides(place, depth)
     cuts = np.flatnonzero(np.diff(hidden)) + 1
     parts = []
     for start, stop in zip([0, *cuts], [*cuts, len(place)], strict=True):
@@ -156,32 +202,45 @@ def _edge(edge: Array, frame: _Frame, nearest: Array) -> Markup:
 
 
 def _axis(surface: Surface, frame: _Frame) -> Markup:
+    """The axis, unless it is far from a surface that hardly bends about it: then it would cut through."""
     if surface.axis is None:
+        return Markup("")
+    start, end = surface.axis
+    along = (end - start) / np.linalg.norm(end - start)
+    away = frame.middle - start
+    if np.linalg.norm(away - (away @ along) * along) > FAR * frame.radius:
         return Markup("")
     return element("path", d=line_path(frame.places(surface.axis)[0]), class_="axis")
 
 
-def _scale_bar(radius: float, unit: str) -> Markup:
+def _scale_bar(radius: float, unit: str | None) -> Markup:
     """A length that is a round number, a tenth of the picture or more."""
-    length = nice(0.25 * radius)
+    length = nice(0.16 * radius)
     width = length / radius * (SIZE / 2.0 - MARGIN)
-    x, y = CORNER, SIZE - CORNER
+    x, y = 120, SIZE + STRIP - 90
+    of = Unit.of(length, unit)
+    said = f"{length * of.factor:.6g} {of.name}".rstrip()
     return element(
         "g",
-        element("path", d=f"M{x} {y - 40}v40h{round(width)}v-40", class_="line"),
-        text(x + width / 2.0, y - 60, f"{length:g} {unit}".rstrip(), "middle"),
+        element("path", d=f"M{x} {y - 50}v50h{round(width)}v-50", class_="line"),
+        text(x, y - 80, said),
     )
 
 
 def _triad(camera: Camera) -> Markup:
     """The axes of the coordinates of the input; those across the picture only."""
-    x, y, length = SIZE - 380, SIZE - 380, 190.0
-    parts = []
+    origin = np.array([SIZE - 450.0, SIZE + 230.0])
+    parts: list[Markup] = []
+    names: list[Array] = []
     for axis, name in zip(camera.seen(np.eye(3)), "xyz", strict=True):
-        across, up = (float(value) for value in axis[:2])
-        if np.hypot(across, up) > 0.15:
-            end = (x + length * across, y - length * up)
-            beyond = (x + 1.4 * length * across, y - 1.4 * length * up + 45)
-            parts.append(element("path", d=f"M{x} {y}L{round(end[0])} {round(end[1])}", class_="line"))
-            parts.append(text(*beyond, name, "middle"))
+        along = axis[:2] * [1.0, -1.0]
+        if (seen := float(np.linalg.norm(along))) > 0.15:
+            end = origin + ARM * along
+            place = end + BEYOND_ARM * along / seen
+            # Axes may lie in one line: their names do not.
+            while any(np.linalg.norm(place - other) < 110.0 for other in names):
+                place = place + 20.0 * along / seen
+            names.append(place)
+            parts.append(element("path", d=line_path(np.stack([origin, end])), class_="line"))
+            parts.append(text(place[0], place[1] + 45.0, name, "middle"))
     return element("g", *parts)

@@ -65,8 +65,6 @@ def test_meshes_keep_the_corners_of_the_outline(name: str) -> None:
     assert (mesh.face_normals @ recognition.primitive.gradient(corners[:1])[0]).min() > 0.999
 
 
-@pytest.mark.parametrize(
-    ("name", "said"), [("ring", "pieces 1, holes 1"), ("two pieces", "pieces 2, holes 0")]
-)
+@pytest.mark.parametrize(("name", "said"), [("ring", "1 piece, 1 hole"), ("two pieces", "2 pieces, 0 holes")])
 def test_reports_say_the_pieces_and_the_holes(name: str, said: str) -> None:
     assert said in export(recognised(name), "report", _points(name)).decode()

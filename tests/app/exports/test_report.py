@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 import primfit
 from primfit.app.cli.commands import app
 from primfit.app.exports.fitted import fitted_points
-from primfit.app.exports.report import scene_svg
+from primfit.app.exports.options import ExportOptions
+from primfit.app.exports.report import html_report, scene_svg
 from primfit.fitting.geometry.vectors import Array
 from tests.app.exports.test_step import PIECES, recognised
 
@@ -91,10 +92,10 @@ def test_no_fit_shows_the_points_and_says_why() -> None:
     assert recognition.status == "no_fit" and recognition.primitive
     page = _Page(primfit.export(recognition, "report", points))
     assert page.texts["small"] == ["no fit"] and recognition.message in page.texts["p"]
-    assert page.counts["svg"] == 3 and "dl" not in page.counts
+    assert page.counts["svg"] == 3 and page.counts["dl"] == 1
     flat = points * [1.0, 1.0, 0.0]
     page = _Page(primfit.export(primfit.fit(flat, kinds=["torus"]), "report", flat))
-    assert "The points" in page.texts["h2"] and "What was tried" in page.texts["h2"]
+    assert "The points" in page.texts["h2"] and "Kinds tried" in page.texts["h2"]
 
 
 def test_ambiguous_answers_show_the_first_and_name_the_others() -> None:
@@ -107,7 +108,9 @@ def test_ambiguous_answers_show_the_first_and_name_the_others() -> None:
     assert page.texts["small"] == ["ambiguous"] and page.texts["h1"] == [
         recognition.primitive.kind.capitalize()
     ]
-    assert {f"Or a {other.primitive.kind}" for other in recognition.alternatives} <= set(page.texts["h2"])
+    assert {f"Alternative: {other.primitive.kind}" for other in recognition.alternatives} <= set(
+        page.texts["h2"]
+    )
 
 
 def test_points_without_an_extent_or_a_scatter_have_a_page() -> None:
@@ -154,7 +157,8 @@ def test_places_keep_their_digits_far_from_the_origin() -> None:
     recognition = primfit.fit(points, kinds=["cylinder"])
     page = _Page(primfit.export(recognition, "report", points))
     assert recognition.extents
-    assert {f"{number:.4f}" for number in recognition.extents.values()["start"]} <= set(page.texts["td"])
+    written = {text.rstrip(",") for text in page.texts["span"]}
+    assert {f"{number:.4f}" for number in recognition.extents.values()["start"]} <= written
 
 
 @pytest.mark.parametrize("name", ["plane", "pipe"])
@@ -166,3 +170,68 @@ def test_the_scene_is_a_picture_by_itself(name: str) -> None:
     assert picture.tag == f"{namespace}svg"
     assert "svg.primfit .edge" in picture.findtext(f"{namespace}style", "")
     assert picture.findall(f".//{namespace}path[@class='edge']")
+
+
+def test_title_date_operator_and_unit_are_those_given() -> None:
+    points = _points("pipe")
+    recognition = primfit.fit(points)
+    plain = _Page(primfit.export(recognition, "report", points))
+    assert plain.texts["dt"][:2] == ["points", "unit"] and plain.texts["dd"][:2] == ["4,000", "mm"]
+    given = {"title": "Bore <3>", "date": "29.11.2026", "operator": "A. & B."}
+    page = _Page(primfit.export(recognition, "report", points, **given))
+    assert page.texts["h1"] == ["Bore <3>"] and page.texts["title"][0] == "Bore <3>"
+    assert page.texts["dt"][:2] == ["date", "operator"] and page.texts["dd"][:2] == ["29.11.2026", "A. & B."]
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"title": "x" * 201}, "title is 201 characters long; at most 200"),
+        ({"operator": "a\nb"}, "operator holds line breaks"),
+        ({"date": 20261129}, "date is of type int"),
+    ],
+)
+def test_what_a_report_cannot_show_is_refused(given: dict[str, object], told: str) -> None:
+    with pytest.raises(primfit.InvalidOptionError, match=told):
+        primfit.export(recognised("pipe"), "report", _points("pipe"), **given)  # type: ignore[call-overload]
+
+
+def test_without_a_unit_none_is_printed() -> None:
+    points = _points("pipe")
+    options = ExportOptions()
+    object.__setattr__(options, "unit", None)
+    page = _Page(html_report(fitted_points(primfit.fit(points), points), options))
+    said = [text for texts in page.texts.values() for text in texts]
+    assert "not given" in page.texts["dd"]
+    assert not [text for text in said if re.search(r"\d (mm|µm|m)\b|\[(mm|µm|m)\]|None", text)]
+
+
+def test_the_first_page_leads_with_what_people_look_for() -> None:
+    points = _points("pipe")
+    recognition = primfit.fit(points)
+    assert recognition.primitive and recognition.uncertainty
+    content = primfit.export(recognition, "report", points).decode()
+    lead = content[content.index('class="figures"') : content.index("<h2>")]
+    names = re.findall(r"<dt>([^<]*)</dt>", lead)
+    assert names == ["kind", "diameter", "radius", "length", "cylindricity", "rms of inliers", "inliers"]
+    interval = recognition.uncertainty.intervals["radius"]
+    assert interval.high is not None and interval.low is not None
+    known = re.findall(r'<dd>([\d.]+) mm</dd><dd class="known">±\u00a0([\d.]+)</dd>', lead)
+    (diameter, twice), (radius, half) = ((float(a), float(b)) for a, b in known)
+    assert radius == pytest.approx(recognition.primitive.radius, abs=0.1 * half)  # type: ignore[attr-defined]
+    assert half == pytest.approx((interval.high - interval.low) / 2.0, rel=0.05)
+    assert (diameter, twice) == (
+        pytest.approx(2.0 * radius, abs=0.1 * twice),
+        pytest.approx(2.0 * half, rel=0.05),
+    )
+    assert 'known">of 4,000 points<' in lead
+
+
+def test_rounding_is_no_residual() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(40)])
+    points = np.vstack([ring, 2.0 * ring + [0.0, 0.0, 3.0]])
+    content = primfit.export(primfit.fit(points), "report", points)
+    page = _Page(content)
+    assert page.counts["svg"] == 3 and b"to the rounding of their coordinates" in content
+    assert not [text for text in page.texts["td"] if re.search(r"e-1\d", text)]

@@ -64,10 +64,10 @@ def trimmed(primitive: Ellipsoid, extents: Any) -> EllipsoidPatch:
     return EllipsoidPatch(u=u, v=Span(*extents.latitudes, float(AXES.max())), poles=extents.poles)
 
 
-def unrolled(primitive: Ellipsoid, shape: Patch, points: Array, unit: str) -> Unrolled:
+def unrolled(primitive: Ellipsoid, shape: Patch, points: Array) -> Unrolled:
     x, y, z = ((points - CENTER) / AXES).T
     angles = np.degrees(np.arctan2(y, x)), np.degrees(np.arcsin(np.clip(z, -1.0, 1.0)))
-    return Unrolled(*angles, ("longitude [degrees]", "latitude [degrees]"), (False, False))
+    return Unrolled(*angles, ("longitude", "latitude"), (False, False))
 
 
 def faces(file: File, primitive: Ellipsoid, shape: Patch) -> tuple[str, list[list[str]]]:
