@@ -17,9 +17,14 @@ def synth(
     out: Annotated[Path, typer.Option(help="Folder for clouds, truth and picture.", file_okay=False)],
     n: Annotated[int, typer.Option("--n", min=1, help="Number of clouds.")] = 100,
     seed: Annotated[int, typer.Option(min=0, help="Another seed gives other clouds.")] = 0,
-    picture: Annotated[bool, typer.Option(help="Draw the first thirty clouds as sample.png.")] = True,
+    picture: Annotated[
+        bool | None,
+        typer.Option(
+            help="Draw the first thirty clouds as sample.png; by default if matplotlib is installed."
+        ),
+    ] = None,
 ) -> None:
-    """Write labelled synthetic clouds, in the layout of the SHREC 2022 track.
+    """Write labeled synthetic clouds, in the layout of the SHREC 2022 track.
 
     Cloud i depends on RECIPE, the seed and i only.
     """
