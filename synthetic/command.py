@@ -79,19 +79,19 @@ def _cell(cloud: SyntheticCloud, name: str) -> Any:
 def synth(recipe: str, out: Path, n: int = 100, seed: int = 0, picture: bool | None = None) -> str:
     """Write n clouds of a recipe with their truth and, as `sample.png`, a picture of the first thirty.
 
-    Cloud i is the same for any n. With `picture=None` the picture is drawn if matplotlib is installed. Returns
-    a line that says what was done; raises `UnknownRecipeError` and, before anything is written and only with
+    Cloud i is the same for any n. With `picture=None` the picture is drawn if matplotlib is installed.
+    Returns a line that says what was done; raises `UnknownRecipeError` and, before anything is written and only with
     `picture=True`, `MissingMatplotlibError`.
     """
     if recipe not in RECIPES:
         raise UnknownRecipeError(recipe)
     if picture:
         require_matplotlib()
-    done = f"{n} clouds of the recipe {recipe}, seed {seed}, in {out}"
-    if picture is None and not has_matplotlib():
-        done += "; no picture, which needs matplotlib: pip install 'matplotlib>=3.8'"
     columns = (*ATTRIBUTES, *SENSOR_ATTRIBUTES) if recipe == "sensor" else ATTRIBUTES
     first = write(clouds(replace(RECIPES[recipe], seed=seed), n), out, columns)
+    done = f"{n} clouds of the recipe {recipe}, seed {seed}, in {out}"
     if picture or (picture is None and has_matplotlib()):
         draw(first, out / "sample.png")
+    elif picture is None:
+        done += "; no picture, which needs matplotlib: pip install 'matplotlib>=3.8'"
     return done

@@ -19,9 +19,7 @@ def synth(
     seed: Annotated[int, typer.Option(min=0, help="Another seed gives other clouds.")] = 0,
     picture: Annotated[
         bool | None,
-        typer.Option(
-            help="Draw the first thirty clouds as sample.png; by default if matplotlib is installed."
-        ),
+        typer.Option(help="Draw the first thirty clouds as sample.png; the default with matplotlib."),
     ] = None,
 ) -> None:
     """Write labeled synthetic clouds, in the layout of the SHREC 2022 track.
