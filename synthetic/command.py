@@ -80,8 +80,8 @@ def synth(recipe: str, out: Path, n: int = 100, seed: int = 0, picture: bool | N
     """Write n clouds of a recipe with their truth and, as `sample.png`, a picture of the first thirty.
 
     Cloud i is the same for any n. With `picture=None` the picture is drawn if matplotlib is installed.
-    Returns a line that says what was done; raises `UnknownRecipeError` and, before anything is written and only with
-    `picture=True`, `MissingMatplotlibError`.
+    Returns a line that says what was done. Raises `UnknownRecipeError` and, with `picture=True` only,
+    `MissingMatplotlibError` before anything is written.
     """
     if recipe not in RECIPES:
         raise UnknownRecipeError(recipe)
