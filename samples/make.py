@@ -100,6 +100,21 @@ def short_arc() -> Points:
     return scan(np.random.default_rng(6), surface, (0.0, np.radians(12)), (-15, 15), 400, 0.2)
 
 
+def plate() -> Points:
+    """A sheet of 300 mm by 200 mm, twisted so that its corners are 2 mm out of the plane; mm."""
+    rng = np.random.default_rng(9)
+    x, y = rng.uniform(-150, 150, 1200), rng.uniform(-100, 100, 1200)
+    return np.column_stack([x, y, 2.0 * (x / 150) * (y / 100) + 0.1 * rng.standard_normal(1200)])
+
+
+def oval_pipe() -> Points:
+    """A pipe all around, out of round: its radius varies by 1.5 mm to either side; mm."""
+    rng = np.random.default_rng(10)
+    angle, height = rng.uniform(0, 2 * np.pi, 1500), rng.uniform(0, 400, 1500)
+    radius = 57.15 + 1.5 * np.cos(2 * angle) + 0.2 * rng.standard_normal(1500)
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height])
+
+
 def corner() -> Points:
     """Two walls in one segment, with 60% and 40% of the points: no single primitive; m."""
     rng = np.random.default_rng(7)
@@ -175,6 +190,8 @@ def samples() -> dict[str, bytes]:
         "nozzle.pcd": pcd(nozzle()),
         "handwheel.xyz": text(handwheel(), 3, " "),
         "short-arc.csv": text(short_arc(), 3, ",", "X [mm],Y [mm],Z [mm]"),
+        "plate.csv": text(plate(), 3, ",", "X [mm],Y [mm],Z [mm]"),
+        "oval-pipe.csv": text(oval_pipe(), 3, ",", "X [mm],Y [mm],Z [mm]"),
         "corner.xyz": text(corner(), 4, " "),
         "plant.csv": labeled(*plant()),
     }

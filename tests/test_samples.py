@@ -63,3 +63,14 @@ def test_the_short_arc_is_ambiguous_and_the_corner_is_none() -> None:
         "plane",
     }
     assert primfit.fit(points_of("corner.xyz")).status == "no_fit"
+
+
+@pytest.mark.parametrize(
+    ("name", "status", "tolerance", "kind"),
+    [("plate.csv", "ambiguous", 3.0, "plane"), ("oval-pipe.csv", "no_fit", 1.0, "cylinder")],
+)
+def test_a_tolerance_settles_what_deviates(name: str, status: str, tolerance: float, kind: str) -> None:
+    points = points_of(name)
+    assert primfit.fit(points).status == status
+    answer = primfit.fit(points, tolerance=tolerance)
+    assert (answer.status, answer.primitive.kind) == ("fitted", kind)
