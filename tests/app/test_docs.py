@@ -1,8 +1,8 @@
 """The commands and programs of README and docs run as they stand, except for the port of a service.
 
 A page is one session of a shell in a copy of the checkout: what a block makes is there for the next ones, and
-a service that a line starts runs until the page ends. A block that cannot run here says why in a comment above
-it, `<!-- not run: why -->`, and is listed as skipped.
+a service that a line starts runs until the page ends. A block that cannot run here says why in a comment
+above it, `<!-- not run: why -->`, and is listed as skipped.
 """
 
 import doctest
