@@ -128,7 +128,7 @@ def _warnings(known: Uncertainty | None) -> Iterator[Markup]:
 
 def _tolerances(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     """What was asked for beside what was found, where anything was."""
-    found = getattr(fitted.recognition, "conformance", None)
+    found = fitted.recognition.conformance
     if found is not None:
         rows = [checks_table(found.checks, unit)] if found.checks else []
         yield _section("Tolerances", f"{in_words(found).capitalize()}.", *rows)

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from typing import Protocol
 
+from primfit.fitting.answer.conformance import Check, Conformance
+from primfit.fitting.answer.summary import VERDICTS
 from primfit.fitting.plain import worded
 from primfit.fitting.primitives import is_length
 
@@ -11,53 +12,7 @@ from .markup import Markup, element, table
 from .numbers import Unit, rounded
 from .tables import cell, column
 
-VERDICTS = {
-    "within": "within tolerance",
-    "beyond": "beyond tolerance",
-    "undecided": "undecided: an interval reaches over its tolerance",
-}
 _CLASSES = {"within": "accepted", "beyond": "failed", "undecided": "refused"}
-
-
-class Check(Protocol):
-    """One quantity beside what it should be, in the unit of the input and in radians.
-
-    Attributes
-    ----------
-    name : `form`, or a parameter
-    nominal : what it should be
-    deviation, low, high : from there, with its 95% interval where that is known
-    lower, upper : deviations that are allowed; None without a tolerance
-    verdict : a key of `VERDICTS`; None without a tolerance
-    """
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def nominal(self) -> float | tuple[float, ...]: ...
-    @property
-    def deviation(self) -> float: ...
-    @property
-    def low(self) -> float | None: ...
-    @property
-    def high(self) -> float | None: ...
-    @property
-    def lower(self) -> float | None: ...
-    @property
-    def upper(self) -> float | None: ...
-    @property
-    def verdict(self) -> str | None: ...
-
-
-class Conformance(Protocol):
-    """The worst verdict of the checks, None without a tolerance; `kind` is None where another was found."""
-
-    @property
-    def verdict(self) -> str | None: ...
-    @property
-    def kind(self) -> str | None: ...
-    @property
-    def checks(self) -> Sequence[Check]: ...
 
 
 def in_words(found: Conformance) -> str:

@@ -40,7 +40,7 @@ def headline(fitted: Fitted, inliers: Deviations, unit: str | None) -> Iterator[
     """The leading rows of an answer with a fit, whose inliers have these deviations."""
     recognition, form = fitted.recognition, fitted.form
     yield "kind", _kinds(fitted), ""
-    asked = getattr(recognition, "conformance", None)
+    asked = recognition.conformance
     if asked is not None:
         verdict, _, why = in_words(asked).partition(": ")
         yield "verdict", verdict, why

@@ -26,7 +26,7 @@ def _export(service: Any, content: bytes, media_type: str, **params: object) -> 
 
 
 def test_a_zip_holds_the_answer_and_the_artefacts(service: Any) -> None:
-    plain = service.post(CSV.read_bytes(), "text/csv")
+    plain = service.post(CSV.read_bytes(), "text/csv", unit="m")
     response = _export(service, CSV.read_bytes(), "text/csv", artifacts=",".join(FORMATS), unit="m")
     assert response.status_code == 200, response.text
     assert response.headers["content-type"] == "application/zip"
@@ -69,16 +69,16 @@ def test_an_unknown_option_is_told_those_of_exports(service: Any) -> None:
     response = _export(service, CSV.read_bytes(), "text/csv", artifacts="step", units="m")
     (error,) = response.json()["errors"]
     assert error["field"] == "units" and error["message"].endswith(
-        "artifacts, unit, chord_error, title, operator, date"
+        "artifacts, chord_error, export_kind, title, operator, date"
     )
     plain = service.client.post("/fit", content=CSV.read_bytes(), params={"units": "m"})
-    assert plain.json()["errors"][0]["message"].endswith("include")
+    assert plain.json()["errors"][0]["message"].endswith("unit")
 
 
 def test_nothing_to_export_is_a_problem(service: Any) -> None:
     flat = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0]
     request = json.dumps({"points": flat.tolist(), "options": {"kinds": ["torus"]}}).encode()
-    response = _export(service, request, "application/json", artifacts="step")
+    response = _export(service, request, "application/json", artifacts="step", unit="mm")
     assert response.status_code == 422
     assert response.json()["type"] == "urn:primfit:problem:nothing-to-export"
 
@@ -91,7 +91,7 @@ def test_the_command_line_and_python_write_the_same_bytes(service: Any, tmp_path
     assert result.exit_code == 0, result.stderr
     response = _export(service, CSV.read_bytes(), "text/csv", artifacts=",".join(FORMATS), unit="inch")
     points = np.loadtxt(CSV, delimiter=",", skiprows=2)
-    exported = primfit.export(primfit.fit(points), list(FORMATS), points, options={}, unit="inch")
+    exported = primfit.export(primfit.fit(points, unit="inch"), list(FORMATS), points, options={})
     with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
         for name, format in FORMATS.items():
             written = (tmp_path / name).read_bytes()
@@ -110,7 +110,9 @@ def test_the_command_line_says_what_it_cannot_write(tmp_path: Path) -> None:
     assert "--chord-error: " in complaint(CSV, "--glb", tmp_path / "a", "--chord-error", "2")
     assert "cannot be written: " in complaint(CSV, "--glb", tmp_path / "missing" / "a")
     np.savetxt(tmp_path / "flat.csv", np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0])
-    assert "not written: " in complaint(tmp_path / "flat.csv", "--kind", "torus", "--step", tmp_path / "a")
+    assert "not written: " in complaint(
+        tmp_path / "flat.csv", "--kind", "torus", "--unit", "mm", "--step", tmp_path / "a"
+    )
 
 
 def test_the_command_line_overwrites_neither_its_input_nor_another_export(tmp_path: Path) -> None:
@@ -147,7 +149,7 @@ def test_bad_options_are_named_with_what_was_found() -> None:
     points = np.loadtxt(CSV, delimiter=",", skiprows=2)
     recognition = primfit.fit(points)
     for said, wanted in (
-        ("unit is 'cm'; allowed are mm, m, inch", {"unit": "cm"}),
+        ("unit is 'yd'; allowed are um, mm, cm, m, ", {"unit": "yd"}),
         ("chord_error is 2; it is a share", {"chord_error": 2}),
         ("chord_error is 'fine', not a number", {"chord_error": "fine"}),
         ("options holds 'kindz'; allowed are kinds, ", {"options": {"kindz": ["plane"]}}),
