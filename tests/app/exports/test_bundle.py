@@ -83,6 +83,63 @@ def test_nothing_to_export_is_a_problem(service: Any) -> None:
     assert response.json()["type"] == "urn:primfit:problem:nothing-to-export"
 
 
+def _names(response: Any) -> tuple[list[str], list[dict[str, str]]]:
+    with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+        names = archive.namelist()
+        return names, json.loads(archive.read("problems.json")) if "problems.json" in names else []
+
+
+def test_what_cannot_be_made_leaves_the_others_alone(service: Any, tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    spindle = primfit.Torus([0, 0, 0], [0, 0, 1], 1.0, 2.0)
+    points = spindle.surface(rng.uniform(0, 6.28, 2000), rng.uniform(-1.5, 1.5, 2000))
+    request = json.dumps({"points": points.tolist(), "options": {"kinds": ["torus"], "unit": "mm"}}).encode()
+    names, problems = _names(_export(service, request, "application/json", artifacts="step,csv"))
+    assert names == ["answer.json", "primitive.csv", "problems.json"]
+    assert [each["artifact"] for each in problems] == ["step"] and "major radius" in problems[0]["problem"]
+    np.savetxt(tmp_path / "cloud.xyz", points)
+    files = ("--step", tmp_path / "a.step", "--csv-row", tmp_path / "a.csv")
+    words = ("fit", tmp_path / "cloud.xyz", "--kind", "torus", "--unit", "mm", *files)
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    assert result.exit_code == 2 and "a.step: not written: " in result.stderr
+    assert (tmp_path / "a.csv").exists() and not (tmp_path / "a.step").exists()
+
+
+def test_any_kind_of_an_ambiguous_answer_is_exported(service: Any) -> None:
+    rng = np.random.default_rng(1)
+    pipe = primfit.Cylinder([0, 0, 1], [0, 0, 0], 100.0)
+    strip = pipe.surface(rng.uniform(0.0, 0.1, 40), rng.uniform(0.0, 30.0, 40))
+    strip += rng.normal(0.0, 0.02, strip.shape)
+    found = primfit.fit(strip, unit="mm")
+    assert found.status == "ambiguous"
+    kinds = [each.kind for each in (found.primitive, *(other.primitive for other in found.alternatives))]  # type: ignore[union-attr]
+    for kind in kinds:
+        assert f",{kind}," in primfit.export(found, "csv", export_kind=kind).decode()
+        request = json.dumps({"points": strip.tolist()}).encode()
+        response = _export(service, request, "application/json", artifacts="csv", export_kind=kind)
+        with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+            assert f",{kind},".encode() in archive.read("primitive.csv")
+    with pytest.raises(primfit.NothingToExportError, match="the answer holds no torus; it holds "):
+        primfit.export(found, "csv", export_kind="torus")
+
+
+def test_an_stl_far_from_the_origin_is_about_an_origin_that_it_tells(service: Any) -> None:
+    points = np.loadtxt(CSV, delimiter=",", skiprows=2) + np.array([500_000.0, 5_400_000.0, 0.0])
+    request = json.dumps({"points": points.tolist()}).encode()
+    response = _export(service, request, "application/json", artifacts="stl,obj")
+    (said,) = _names(response)[1]
+    assert said["artifact"] == "stl" and "less (500" in said["warning"]
+    with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+        content = archive.read("primitive.stl")
+    origin = [float(word) for word in content[:80].decode().partition(" about ")[2].split()]
+    corners = np.frombuffer(content[84:], np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]))[
+        "c"
+    ]
+    found = primfit.fit(points).primitive
+    assert found is not None
+    assert np.abs(found.signed_distance(corners.reshape(-1, 3) + origin)).max() < 1e-4
+
+
 def test_the_command_line_and_python_write_the_same_bytes(service: Any, tmp_path: Path) -> None:
     flags = {name: f"--{name.replace('_', '-')}" for name in FORMATS}
     flags |= {"ply": "--ply-mesh", "csv": "--csv-row"}
