@@ -40,8 +40,8 @@ _WORDS = {
 }
 # By the names that pydantic has for limits.
 _OUT_OF_RANGE = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
-# 20 errors of these lengths, every character escaped, fit into 16 KiB with the rest.
-_FIELD_LENGTH, _VALUE_LENGTH, _MESSAGE_LENGTH, _DETAIL_LENGTH = 80, 60, 200, 400
+# 20 errors of these lengths, every character escaped, fit into 24 KiB with the rest.
+_FIELD_LENGTH, _VALUE_LENGTH, _MESSAGE_LENGTH, _DETAIL_LENGTH = 80, 60, 300, 400
 
 
 class ServiceError(Exception):

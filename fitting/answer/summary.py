@@ -181,9 +181,8 @@ def _check(check: Mapping[str, Any], length: str | None) -> str:
         text += f" ({between(low, high, unit)})"
     if check["upper"] is None:
         return text
-    allowed = (
-        between(check["lower"], check["upper"], unit) if check["lower"] else figure(check["upper"], unit)
-    )
+    lower, upper = check["lower"], check["upper"]
+    allowed = between(lower, upper, unit) if lower else f"up to {figure(upper, unit)}"
     return f"{text}, allowed {allowed}: {check['verdict']}"
 
 

@@ -13,6 +13,7 @@ from ..drawing import DRAWINGS
 from ..fitted import Fitted, NothingToExportError
 from ..options import ExportOptions
 from . import tables
+from .conformance import checks_table, in_words
 from .headline import figures
 from .histogram import histogram
 from .markup import Markup, element, joined, table
@@ -104,6 +105,7 @@ def _fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     limit = _limit(fitted)
     yield figures(fitted, inliers, unit)
     yield from _warnings(recognition.uncertainty)
+    yield from _tolerances(fitted, unit)
     yield from _numbers(fitted, unit)
     yield _views(fitted, limit, unit)
     told = "Peak-to-valley deviation of the inliers from each reference. All parameters are refitted."
@@ -122,6 +124,14 @@ def _warnings(known: Uncertainty | None) -> Iterator[Markup]:
     if known and known.warnings:
         items = (element("li", warning.message) for warning in known.warnings)
         yield element("ul", *items, class_="warnings")
+
+
+def _tolerances(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
+    """What was asked for beside what was found, where anything was."""
+    found = fitted.recognition.conformance
+    if found is not None:
+        rows = [checks_table(found.checks, unit)] if found.checks else []
+        yield _section("Tolerances", f"{in_words(found).capitalize()}.", *rows)
 
 
 def _numbers(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
@@ -172,6 +182,7 @@ def _alternative(fitted: Fitted, other: Alternative, unit: str | None) -> Markup
 
 
 def _no_fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
+    yield from _tolerances(fitted, unit)
     yield _views(fitted, 0.0, unit)
     yield _tried(fitted, unit)
     best, parts = fitted.recognition.primitive, [_receipt(fitted)]

@@ -14,6 +14,7 @@ from primfit.fitting.primitives import SIZES, is_angle
 from primfit.fitting.uncertainty.values import Interval
 
 from ..fitted import Fitted
+from .conformance import in_words
 from .markup import Markup, element
 from .numbers import Unit, measured, said
 from .ranges import above
@@ -39,6 +40,10 @@ def headline(fitted: Fitted, inliers: Deviations, unit: str | None) -> Iterator[
     """The leading rows of an answer with a fit, whose inliers have these deviations."""
     recognition, form = fitted.recognition, fitted.form
     yield "kind", _kinds(fitted), ""
+    asked = recognition.conformance
+    if asked is not None:
+        verdict, _, why = in_words(asked).partition(": ")
+        yield "verdict", verdict, why
     yield from _sizes(fitted, unit)
     if recognition.extents is not None:
         yield from _reach(recognition.extents, unit)

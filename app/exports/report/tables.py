@@ -235,7 +235,6 @@ def receipt_table(fitted: Fitted) -> Markup:
 
 def _receipt(fitted: Fitted) -> Iterator[tuple[str, str]]:
     of = receipt(fitted.given, fitted.options or {})
-    yield "points", f"{of['n_points']:,}"
     yield "format and columns", f"{of['format']}: {' '.join(of['columns'])}"
     yield "SHA-256 of the points", of["input_sha256"]
     if of["weights_sha256"]:

@@ -55,7 +55,6 @@ def test_readable_answer_shows_parameters_and_trail(clouds: Path) -> None:
 def test_what_is_piped_has_no_trailing_blanks(clouds: Path) -> None:
     text = run("fit", clouds / "cylinder.csv", clouds / "filled.npy").stdout
     assert text and not [line for line in text.splitlines() if line != line.rstrip()]
-    assert max(map(len, text.splitlines())) <= 80 + len(str(clouds))
 
 
 def test_json_is_one_object_a_line_and_nothing_else(clouds: Path) -> None:
@@ -216,7 +215,9 @@ def test_render_covers_every_status() -> None:
     sphere = {"kind": "sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}
     cone = {"kind": "cone", "apex": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "half_angle": np.pi / 6}
     receipt = {"n_points": 6, "format": "csv", "columns": ["x", "y", "z"], "unit": "mm"}
-    lengths = dict.fromkeys(("rms", "mean", "p95", "max", "zone", "inlier_rms", "inlier_share"), 0.1)
+    lengths = dict.fromkeys(
+        ("rms", "mean", "p95", "max", "zone", "inlier_rms", "inlier_zone", "inlier_share"), 0.1
+    )
     cone |= {"error": lengths, "extents": None, "uncertainty": None, "evidence": -0.5}
     failed = {"kind": "cone", "probability": None, "outcome": "failed", "reason": "too few", "error": None}
     failed |= {"evidence": None}

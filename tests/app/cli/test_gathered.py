@@ -82,7 +82,7 @@ def test_they_say_what_the_answers_say(clouds: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_segments_have_their_labels(scan: Path, tmp_path: Path, workers: int) -> None:
-    words = ["--labels", "auto", *files_of(tmp_path), "--workers", workers]
+    words = ["--labels", "auto", *files_of(tmp_path), "--unit", "mm", "--workers", workers]
     result = run("batch", scan, "--out", tmp_path / "out", *words)
     assert result.exit_code == 0
     with (tmp_path / "all.csv").open(newline="") as stream:
@@ -111,7 +111,7 @@ def test_what_cannot_be_written_is_refused_before_anything_is_fitted(clouds: Pat
 def test_a_file_that_cannot_be_made_leaves_the_answers_and_the_other_files(
     clouds: Path, tmp_path: Path
 ) -> None:
-    words = [*files_of(tmp_path), "--workers", 1]
+    words = [*files_of(tmp_path), "--unit", "mm", "--workers", 1]
     result = run("batch", clouds / "noise.npy", "--out", tmp_path / "out", *words)
     assert result.exit_code == 2
     assert result.stderr == (

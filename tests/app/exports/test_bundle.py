@@ -26,7 +26,7 @@ def _export(service: Any, content: bytes, media_type: str, **params: object) -> 
 
 
 def test_a_zip_holds_the_answer_and_the_artefacts(service: Any) -> None:
-    plain = service.post(CSV.read_bytes(), "text/csv")
+    plain = service.post(CSV.read_bytes(), "text/csv", unit="m")
     response = _export(service, CSV.read_bytes(), "text/csv", artifacts=",".join(FORMATS), unit="m")
     assert response.status_code == 200, response.text
     assert response.headers["content-type"] == "application/zip"
@@ -69,18 +69,75 @@ def test_an_unknown_option_is_told_those_of_exports(service: Any) -> None:
     response = _export(service, CSV.read_bytes(), "text/csv", artifacts="step", units="m")
     (error,) = response.json()["errors"]
     assert error["field"] == "units" and error["message"].endswith(
-        "artifacts, unit, chord_error, title, operator, date"
+        "artifacts, chord_error, export_kind, title, operator, date"
     )
     plain = service.client.post("/fit", content=CSV.read_bytes(), params={"units": "m"})
-    assert plain.json()["errors"][0]["message"].endswith("include")
+    assert plain.json()["errors"][0]["message"].endswith("unit")
 
 
 def test_nothing_to_export_is_a_problem(service: Any) -> None:
     flat = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0]
     request = json.dumps({"points": flat.tolist(), "options": {"kinds": ["torus"]}}).encode()
-    response = _export(service, request, "application/json", artifacts="step")
+    response = _export(service, request, "application/json", artifacts="step", unit="mm")
     assert response.status_code == 422
     assert response.json()["type"] == "urn:primfit:problem:nothing-to-export"
+
+
+def _names(response: Any) -> tuple[list[str], list[dict[str, str]]]:
+    with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+        names = archive.namelist()
+        return names, json.loads(archive.read("problems.json")) if "problems.json" in names else []
+
+
+def test_what_cannot_be_made_leaves_the_others_alone(service: Any, tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    spindle = primfit.Torus([0, 0, 0], [0, 0, 1], 1.0, 2.0)
+    points = spindle.surface(rng.uniform(0, 6.28, 2000), rng.uniform(-1.5, 1.5, 2000))
+    request = json.dumps({"points": points.tolist(), "options": {"kinds": ["torus"], "unit": "mm"}}).encode()
+    names, problems = _names(_export(service, request, "application/json", artifacts="step,csv"))
+    assert names == ["answer.json", "primitive.csv", "problems.json"]
+    assert [each["artifact"] for each in problems] == ["step"] and "major radius" in problems[0]["problem"]
+    np.savetxt(tmp_path / "cloud.xyz", points)
+    files = ("--step", tmp_path / "a.step", "--csv-row", tmp_path / "a.csv")
+    words = ("fit", tmp_path / "cloud.xyz", "--kind", "torus", "--unit", "mm", *files)
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    assert result.exit_code == 2 and "a.step: not written: " in result.stderr
+    assert (tmp_path / "a.csv").exists() and not (tmp_path / "a.step").exists()
+
+
+def test_any_kind_of_an_ambiguous_answer_is_exported(service: Any) -> None:
+    rng = np.random.default_rng(1)
+    pipe = primfit.Cylinder([0, 0, 1], [0, 0, 0], 100.0)
+    strip = pipe.surface(rng.uniform(0.0, 0.1, 40), rng.uniform(0.0, 30.0, 40))
+    strip += rng.normal(0.0, 0.02, strip.shape)
+    found = primfit.fit(strip, unit="mm")
+    assert found.status == "ambiguous"
+    kinds = [each.kind for each in (found.primitive, *(other.primitive for other in found.alternatives))]  # type: ignore[union-attr]
+    for kind in kinds:
+        assert f",{kind}," in primfit.export(found, "csv", export_kind=kind).decode()
+        request = json.dumps({"points": strip.tolist()}).encode()
+        response = _export(service, request, "application/json", artifacts="csv", export_kind=kind)
+        with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+            assert f",{kind},".encode() in archive.read("primitive.csv")
+    with pytest.raises(primfit.NothingToExportError, match="the answer holds no torus; it holds "):
+        primfit.export(found, "csv", export_kind="torus")
+
+
+def test_an_stl_far_from_the_origin_is_about_an_origin_that_it_tells(service: Any) -> None:
+    points = np.loadtxt(CSV, delimiter=",", skiprows=2) + np.array([500_000.0, 5_400_000.0, 0.0])
+    request = json.dumps({"points": points.tolist()}).encode()
+    response = _export(service, request, "application/json", artifacts="stl,obj")
+    (said,) = _names(response)[1]
+    assert said["artifact"] == "stl" and "less (500" in said["warning"]
+    with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+        content = archive.read("primitive.stl")
+    origin = [float(word) for word in content[:80].decode().partition(" about ")[2].split()]
+    corners = np.frombuffer(content[84:], np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]))[
+        "c"
+    ]
+    found = primfit.fit(points).primitive
+    assert found is not None
+    assert np.abs(found.signed_distance(corners.reshape(-1, 3) + origin)).max() < 1e-4
 
 
 def test_the_command_line_and_python_write_the_same_bytes(service: Any, tmp_path: Path) -> None:
@@ -91,7 +148,7 @@ def test_the_command_line_and_python_write_the_same_bytes(service: Any, tmp_path
     assert result.exit_code == 0, result.stderr
     response = _export(service, CSV.read_bytes(), "text/csv", artifacts=",".join(FORMATS), unit="inch")
     points = np.loadtxt(CSV, delimiter=",", skiprows=2)
-    exported = primfit.export(primfit.fit(points), list(FORMATS), points, options={}, unit="inch")
+    exported = primfit.export(primfit.fit(points, unit="inch"), list(FORMATS), points, options={})
     with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
         for name, format in FORMATS.items():
             written = (tmp_path / name).read_bytes()
@@ -110,7 +167,9 @@ def test_the_command_line_says_what_it_cannot_write(tmp_path: Path) -> None:
     assert "--chord-error: " in complaint(CSV, "--glb", tmp_path / "a", "--chord-error", "2")
     assert "cannot be written: " in complaint(CSV, "--glb", tmp_path / "missing" / "a")
     np.savetxt(tmp_path / "flat.csv", np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0])
-    assert "not written: " in complaint(tmp_path / "flat.csv", "--kind", "torus", "--step", tmp_path / "a")
+    assert "not written: " in complaint(
+        tmp_path / "flat.csv", "--kind", "torus", "--unit", "mm", "--step", tmp_path / "a"
+    )
 
 
 def test_the_command_line_overwrites_neither_its_input_nor_another_export(tmp_path: Path) -> None:
@@ -147,7 +206,7 @@ def test_bad_options_are_named_with_what_was_found() -> None:
     points = np.loadtxt(CSV, delimiter=",", skiprows=2)
     recognition = primfit.fit(points)
     for said, wanted in (
-        ("unit is 'cm'; allowed are mm, m, inch", {"unit": "cm"}),
+        ("unit is 'yd'; allowed are um, mm, cm, m, ", {"unit": "yd"}),
         ("chord_error is 2; it is a share", {"chord_error": 2}),
         ("chord_error is 'fine', not a number", {"chord_error": "fine"}),
         ("options holds 'kindz'; allowed are kinds, ", {"options": {"kindz": ["plane"]}}),

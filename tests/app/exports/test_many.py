@@ -18,7 +18,7 @@ from tests.app.exports.test_step import area_of
 from tests.fitting.clouds import EXAMPLES, noisy
 
 CLOUDS = {f"{kind} 'ß'": noisy(shape, 300, 0.005) for kind, shape in EXAMPLES.items()}
-CLOUDS |= {"noise": np.random.default_rng(0).uniform(size=(400, 3)), "stray": np.zeros((2, 3))}
+CLOUDS |= {"noise": np.random.default_rng(0).uniform(size=(400, 3)), "stray": np.ones((2, 3))}
 LABELS = np.concatenate([[name] * len(points) for name, points in CLOUDS.items()])
 SEGMENTS = primfit.fit_segments(np.vstack(list(CLOUDS.values())), LABELS)
 FITTED = [segment for segment in SEGMENTS if segment.recognition and segment.recognition.status == "fitted"]
@@ -132,7 +132,7 @@ def test_what_cannot_be_written_at_all_is_refused() -> None:
     bad = primfit.Segments(segment for segment in SEGMENTS if segment not in FITTED)
     for name in ("step", "glb"):
         with pytest.raises(primfit.NothingToExportError, match="no answer has"):
-            bad.export(name)
+            bad.export(name, unit="mm")
     assert b"problem" in bad.export("csv")
     points = CLOUDS["noise"]
     bare = primfit.fit_segments(points, np.zeros(400, int), include=["uncertainty"])

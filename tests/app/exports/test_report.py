@@ -175,7 +175,7 @@ def test_the_scene_is_a_picture_by_itself(name: str) -> None:
 def test_title_date_operator_and_unit_are_those_given() -> None:
     points = _points("pipe")
     recognition = primfit.fit(points)
-    plain = _Page(primfit.export(recognition, "report", points))
+    plain = _Page(primfit.export(recognition, "report", points, unit="mm"))
     assert plain.texts["dt"][:2] == ["points", "unit"] and plain.texts["dd"][:2] == ["4,000", "mm"]
     given = {"title": "Bore <3>", "date": "29.11.2026", "operator": "A. & B."}
     page = _Page(primfit.export(recognition, "report", points, **given))
@@ -198,9 +198,7 @@ def test_what_a_report_cannot_show_is_refused(given: dict[str, object], told: st
 
 def test_without_a_unit_none_is_printed() -> None:
     points = _points("pipe")
-    options = ExportOptions()
-    object.__setattr__(options, "unit", None)
-    page = _Page(html_report(fitted_points(primfit.fit(points), points), options))
+    page = _Page(html_report(fitted_points(primfit.fit(points), points), ExportOptions()))
     said = [text for texts in page.texts.values() for text in texts]
     assert "not given" in page.texts["dd"]
     assert not [text for text in said if re.search(r"\d (mm|µm|m)\b|\[(mm|µm|m)\]|None", text)]
@@ -208,7 +206,7 @@ def test_without_a_unit_none_is_printed() -> None:
 
 def test_the_first_page_leads_with_what_people_look_for() -> None:
     points = _points("pipe")
-    recognition = primfit.fit(points)
+    recognition = primfit.fit(points, unit="mm")
     assert recognition.primitive and recognition.uncertainty
     content = primfit.export(recognition, "report", points).decode()
     lead = content[content.index('class="figures"') : content.index("<h2>")]

@@ -94,7 +94,7 @@ def test_points_that_are_missing_or_bad_are_named() -> None:
     for name in (*FILES, "form", "report"):
         with pytest.raises(primfit.InvalidOptionError, match="points are missing"):
             primfit.export(left_behind, name)
-    with pytest.raises(primfit.InvalidPointCloudError, match="NaN"):
+    with pytest.raises(primfit.InvalidPointCloudError, match="no point is left"):
         primfit.export(left_behind, "residuals_npy", np.full((5, 3), np.nan))
     flat = np.random.default_rng(0).uniform(-1.0, 1.0, (100, 3)) * [1.0, 1.0, 0.0]
     with pytest.raises(primfit.NothingToExportError, match="no primitive"):

@@ -106,7 +106,7 @@ def _xyz(of: Any) -> Array:
 @pytest.mark.parametrize("name", PIECES)
 def test_a_cad_kernel_reads_the_same_face(name: str, tmp_path: Path) -> None:
     recognition = recognised(name)
-    face = read_back(export(recognition, "step"), tmp_path)
+    face = read_back(export(recognition, "step", unit="mm"), tmp_path)
     from OCP.BRepCheck import BRepCheck_Analyzer
 
     assert BRepCheck_Analyzer(face).IsValid()
@@ -145,8 +145,8 @@ def test_every_reference_is_there_and_the_bytes_are_the_same_again(name: str) ->
     import re
 
     recognition = recognised(name)
-    content = export(recognition, "step")
-    assert content == export(recognition, "step")
+    content = export(recognition, "step", unit="mm")
+    assert content == export(recognition, "step", unit="mm")
     text = content.decode("ascii")
     defined = re.findall(r"^#(\d+)=", text, re.M)
     assert defined == [str(i + 1) for i in range(len(defined))]
@@ -159,7 +159,9 @@ def test_the_best_try_of_no_fit_is_named_so() -> None:
     cube = np.random.default_rng(0).uniform(-1.0, 1.0, (500, 3))
     recognition = recognize(cube, Config(kinds=("sphere", "plane")))
     assert recognition.status == "no_fit" and recognition.primitive is not None
-    assert f"PRODUCT('{recognition.primitive.kind} (no_fit)'".encode() in export(recognition, "step")
+    assert f"PRODUCT('{recognition.primitive.kind} (no_fit)'".encode() in export(
+        recognition, "step", unit="mm"
+    )
 
 
 def test_nothing_to_export_is_said() -> None:
@@ -176,4 +178,4 @@ def test_a_spindle_torus_is_refused() -> None:
     )
     assert found.primitive and found.status == "fitted"
     with pytest.raises(NothingToExportError, match="major radius"):
-        export(found, "step")
+        export(found, "step", unit="mm")

@@ -336,7 +336,7 @@ def _refused_by(service: Service, send: Callable[[], httpx.Response]) -> dict[st
     assert all(_peak(pid) - was < MEMORY for pid, was in zip(watched, before, strict=True))
     assert response.headers["content-type"] == "application/problem+json", response.text
     assert 400 <= response.status_code < 500
-    assert len(response.content) <= 16 * 1024
+    assert len(response.content) <= 24 * 1024
     assert b"s3cret" not in response.content
     assert service.client.post("/fit", content=REQUEST, headers=AS_JSON).status_code == 200
     assert workers(service.pid) == watched[1:]

@@ -39,7 +39,7 @@ def _encoded(points: np.ndarray) -> dict[str, Any]:
 def _problem(response: httpx.Response, status: int, slug: str) -> dict[str, Any]:
     assert response.status_code == status, response.text
     assert response.headers["content-type"] == "application/problem+json"
-    assert len(response.content) <= 16 * 1024
+    assert len(response.content) <= 24 * 1024
     problem = response.json()
     Problem.model_validate(problem, strict=True)
     assert problem["status"] == status

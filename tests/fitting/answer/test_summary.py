@@ -67,7 +67,7 @@ def test_outliers_are_counted_and_points_of_no_weight_are_not() -> None:
     points[:20] += 5.0
     recognition = recognize(points, Config(kinds=("sphere",)))
     assert "\ninliers          380 of 400, rms 0.0" in str(recognition)
-    assert ", over all points, outliers included\n" in str(recognition)
+    assert ", over the inliers\n" in str(recognition)
     receipt = {"n_points": 500, "weights_sha256": "abc", "unit": None}
     assert "\ninliers          95% of the points, rms 0.0" in summary(
         recognition.to_dict() | {"receipt": receipt}

@@ -1,0 +1,56 @@
+"""The report holds what was found against what was asked for."""
+
+import re
+from typing import Any
+
+import primfit
+from primfit.app.exports.report.conformance import checks_table
+from primfit.fitting.answer.conformance import Check
+from tests.app.exports.test_report import _points as points_of
+
+
+def _check(name: str, nominal: Any, deviation: float, *ends: float, **allowed: Any) -> Check:
+    low, high = ends or (None, None)
+    beside = {"lower": None, "upper": None, "verdict": None} | allowed
+    return Check(name, nominal, 0.0, deviation, low, high, **beside)
+
+
+def _cells(check: Check, unit: str | None = "mm") -> list[str]:
+    row = checks_table([check], unit).rpartition("<tbody>")[2]
+    return [re.sub("<[^>]*>", "", cell) for cell in re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row)]
+
+
+def test_a_row_has_one_unit_and_the_digits_of_its_interval() -> None:
+    radius = _check("radius", 8.0, 0.00031, 0.00023, 0.00039, lower=-0.01, upper=0.02, verdict="within")
+    assert _cells(radius) == ["radius", "8 mm", "0.310 µm", "0.230 to 0.390 µm", "-10 to 20 µm", "within"]
+    form = _check("form", 0.0, 0.0128, lower=0.0, upper=0.01, verdict="beyond")
+    assert _cells(form) == ["form", "", "12.80 µm", "", "0 to 10 µm", "beyond"]
+    center = _check("center", (1.0, 2.0, 3.5), 0.25, 0.2, 0.3, lower=0.0, upper=0.28, verdict="undecided")
+    assert _cells(center, None) == [
+        "center",
+        "1, 2, 3.5",
+        "0.250",
+        "0.200 to 0.300",
+        "0 to 0.28",
+        "undecided",
+    ]
+
+
+def test_angles_are_in_degrees_and_nothing_is_made_up() -> None:
+    tilt = _check("axis", (0.0, 0.0, 1.0), 0.01, 0.008, 0.012)
+    assert _cells(tilt) == ["axis", "0, 0, 1", "0.57\u00b0", "0.46 to 0.69\u00b0", "", ""]
+    exact = _check("half_angle", 0.5, 0.0)
+    assert _cells(exact, None) == ["half-angle", "28.6478898\u00b0", "0\u00b0", "", "", ""]
+
+
+def test_the_verdict_leads() -> None:
+    points = points_of("pipe")
+    assert b"Tolerances" not in _report(points)
+    page = _report(points, form_tolerance=1e-9)
+    assert b"<dt>verdict</dt><dd>beyond tolerance</dd>" in page
+    assert b"<h2>Tolerances</h2><p>Beyond tolerance.</p>" in page and b"0 to " in page
+    assert b"Another shape than asked for." in _report(points, nominal={"kind": "sphere"})
+
+
+def _report(points: Any, **options: Any) -> bytes:
+    return primfit.export(primfit.fit(points, unit="mm", **options), "report")
