@@ -37,6 +37,7 @@ class Layout:
     columns : those that are used
     announced : the number of rows that a PTS file tells on its first line
     decimal_comma : numbers are written with one
+    ragged : rows may differ in width behind the columns that are used, as in lists of observations
     """
 
     delimiter: str | None
@@ -45,6 +46,11 @@ class Layout:
     columns: Columns
     announced: int | None = None
     decimal_comma: bool = False
+    ragged: bool = False
+
+    def holds(self, width: int) -> bool:
+        """Whether a row of so many cells is one of the table."""
+        return width == self.width or (self.ragged and width > max(self.columns.wanted))
 
 
 def look(text: bytes, pick: Pick) -> Layout:
@@ -71,15 +77,19 @@ def look(text: bytes, pick: Pick) -> Layout:
     rows = sample[first:]
     if names is None and _is_numbered(rows, delimiter, width):
         rows = rows[1:]
+    ragged = False
     if names is None:
         names = _commented_names(head, delimiter, width)
+        # A comment that does not count the cells of a row may say that a list ends it.
+        ragged = names is not None and len(names) != width and delimiter is None
+        names = names and (names + [""] * width)[:width]
     if names is None:
         columns = _unnamed([cells_of(line, delimiter) for _, line in rows], delimiter, width, pick)
     else:
         columns = find_columns(names, pick)
         if units:
             columns = columns.in_unit([units[i] for i in columns.points])
-    return Layout(delimiter, rows[0][0], width, columns, announced, decimal_comma)
+    return Layout(delimiter, rows[0][0], width, columns, announced, decimal_comma, ragged)
 
 
 def cells_of(line: str, delimiter: str | None) -> list[str]:
@@ -194,7 +204,7 @@ def _commented_names(head: str, delimiter: str | None, width: int) -> list[str] 
             if len(names) == width and _names_all(names):
                 return names
             if _names_all(names[:width]) and all(map(_is_column, _up_to_z(names))):
-                return (names + [""] * width)[:width]
+                return names
     return None
 
 

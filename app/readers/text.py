@@ -19,6 +19,7 @@ from .tables import COMMENT, ROW, Layout, cells_of, look
 _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
 # What ends a file of old DOS programs.
 _CTRL_Z = b"\x1a"
+_BLANK = " \t\r\f\v"
 
 
 def read_text(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
@@ -72,15 +73,17 @@ def _labels(cells: list[str]) -> NDArray[Any]:
 
 
 def _rows(text: bytes, layout: Layout) -> Iterator[tuple[int, str]]:
-    """Line number and text of each row, without comments, blank lines and trailing delimiters."""
-    tail = layout.delimiter or " "
+    """Line number and text of each row, without comments, blank lines and delimiters behind the last cell."""
+    blank = _BLANK.replace(layout.delimiter or " ", "")
     for number, line in lines(text, ROW):
         if number < layout.first_line:
             continue
         if "#" in line or "//" in line:
             line = COMMENT.split(line, maxsplit=1)[0]
-        line = line.rstrip().rstrip(tail)
-        if line:
+        line = line.rstrip(blank) if layout.delimiter else line.rstrip()
+        while layout.delimiter and line.endswith(layout.delimiter) and _width(line, layout) > layout.width:
+            line = line[:-1].rstrip(blank)
+        if line.strip():
             yield number, line
 
 
@@ -97,18 +100,22 @@ def _load(text: bytes, layout: Layout, labels: list[str], scans: list[_Scan]) ->
     """
     quoted = b'"' in text
     label = layout.columns.label
+    cut = layout.delimiter and re.escape(layout.delimiter)
+    empty = re.compile(rf"(?:^|{cut})[ ]*(?:{cut}|$)") if cut else None
     seen: dict[str, str] = {}  # labels repeat: each is kept once
 
     def even_rows() -> Iterator[str]:
         for line in _without_counts(text, layout, scans):
-            if not quoted and _width(line, layout) != layout.width:
+            if not quoted and not layout.holds(_width(line, layout)):
                 raise ValueError
             if label is not None:
                 cells = cells_of(line, layout.delimiter)
-                if len(cells) != layout.width:
+                if not layout.holds(len(cells)):
                     raise ValueError
                 cell = cells[label]
                 labels.append(seen.setdefault(cell, cell))
+            if empty is not None and not quoted and empty.search(line):
+                line = _filled(line, layout.delimiter)
             yield line.replace(",", ".") if layout.decimal_comma else line
 
     return np.loadtxt(
@@ -120,6 +127,11 @@ def _load(text: bytes, layout: Layout, labels: list[str], scans: list[_Scan]) ->
         ndmin=2,
         quotechar='"' if quoted else None,
     )
+
+
+def _filled(line: str, delimiter: str | None) -> str:
+    """The row with NaN for its empty cells, as tables have them where a value is missing."""
+    return (delimiter or " ").join(cell if cell.strip() else "nan" for cell in line.split(delimiter))
 
 
 def _without_counts(text: bytes, layout: Layout, scans: list[_Scan]) -> Iterator[str]:
@@ -146,21 +158,21 @@ def _explain(text: bytes, layout: Layout) -> UnreadableFileError:
         cells = cells_of(line, layout.delimiter)
         if layout.decimal_comma:
             cells = [cell.replace(",", ".") for cell in cells]
-        if len(cells) != layout.width:
+        if not layout.holds(len(cells)):
             message = f"the row holds {len(cells)} values, the first row {layout.width}"
             bad = [FieldError(f"line {number}", message)]
         else:
             bad = [
                 FieldError(f"line {number}, column {index + 1}", "not a number", _describe(cells[index]))
                 for index in layout.columns.used
-                if not is_number(cells[index])
+                if cells[index] and not is_number(cells[index])
             ]
         n_bad += bool(bad)
         errors += bad[: SHOWN - len(errors)]
         if n_bad == COUNTED:
             break
     if not errors:
-        return UnreadableFileError("file", "the rows are not numbers cut by one delimiter")
+        return UnreadableFileError("file", "the rows are not numbers with one delimiter between them")
     return InvalidPointsError(
         errors[0].field, f"{counted(n_bad)} rows are not {layout.width} numbers", errors=errors
     )

@@ -250,3 +250,20 @@ def test_labels_with_decimal_commas_stay_as_they_are() -> None:
     cloud = read(b"x;y;z;part\n1,5;2;3;a,b\n4;5;6;7,5\n", pick=Pick("part"))
     assert cloud.labels is not None and cloud.labels.tolist() == ["a,b", "7,5"]
     np.testing.assert_array_equal(cloud.points, NINE[:2])
+
+
+def test_points_of_colmap_are_read_by_their_commented_header() -> None:
+    """Each row ends with the images that a point was seen in, as many as there are."""
+    text = (
+        "# 3D point list with one line of data per point:\n"
+        "#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
+        "# Number of points: 3, mean track length: 2.3\n"
+        "90 1.5 2 3 115 121 122 1.33 16 6542 15 7345\n"
+        "76 4 5 6 102 209 250 1.73 16 6519 15 7322 14 7212\n"
+        "71 7 8 9 245 251 249 0.61 118 4140\n"
+    )
+    cloud = read(text.encode())
+    np.testing.assert_array_equal(cloud.points, NINE)
+    assert cloud.columns == ("X", "Y", "Z")
+    with pytest.raises(UnreadableFileError, match="1 rows are not"):
+        read((text + "72 7 8\n").encode())

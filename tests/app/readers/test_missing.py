@@ -24,7 +24,15 @@ def _obj(points: np.ndarray) -> bytes:
     return b"\n".join(b"v " + row for row in _text(points).split(b"\n"))
 
 
+def _spreadsheet(points: np.ndarray) -> bytes:
+    rows = (",".join(repr(cell) if np.isfinite(cell) else "" for cell in row) for row in points.tolist())
+    return ("x,y,z\n" + "\n".join(rows)).encode()
+
+
 WRITTEN = {
+    "empty cells": _spreadsheet(HOLES),
+    "empty cells and more columns": _spreadsheet(HOLES).replace(b"\n", b",7,\n").replace(b"z,7", b"z,k")
+    + b",7,",
     "text": _text(HOLES),
     "npy": npy(HOLES),
     "organized npy": npy(HOLES.reshape(3, 4, 3)),
@@ -43,6 +51,11 @@ def test_points_that_are_not_finite_are_dropped_and_counted(data: bytes) -> None
     assert cloud.dropped == {"not_finite": 4, "zero": 0}
     assert warnings_of(cloud)[-1] == ("Missing points were dropped: 4 have coordinates that are not finite.")
     assert without_missing(cloud) is cloud
+
+
+def test_cells_between_tabs_may_be_empty() -> None:
+    cloud = without_missing(read(b"x\ty\tz\n1\t\t3\n4\t5\t6\n7\t8\t\n\t8\t9\n1\t2\t3\t\n"))
+    assert cloud.points.tolist() == [[4, 5, 6], [1, 2, 3]] and cloud.dropped["not_finite"] == 3
 
 
 @pytest.mark.parametrize("data", WRITTEN.values(), ids=WRITTEN)

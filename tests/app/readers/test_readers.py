@@ -147,7 +147,6 @@ BROKEN = {
     "short row": (b"1,2,3\n4,5\n", "line 2"),
     "long row": (b"# hm\n1 2 3\n4 5 6 7\n", "line 3"),
     "word": (b"1,2,3\n4,five,6\n", "line 2, column 2"),
-    "empty cell": (b"1,2,3\n,5,6\n", "line 2, column 1"),
     "underscore in a number": (b"1,2,3\n1_000,5,6\n", "line 2, column 1"),
     "endless line": (b"1 " * 100_000, "line 1"),
     "npy one byte short": (NPY[:-1], "file"),
