@@ -92,7 +92,7 @@ def test_on_the_command_line(copy: Path, cloud: Path) -> None:
 
 def test_into_a_step_file(copy: Path, cloud: Path, tmp_path: Path) -> None:
     file = tmp_path / "ellipsoid.step"
-    command = [sys.executable, "-m", "primfit", "fit", "--step", str(file), str(cloud)]
+    command = [sys.executable, "-m", "primfit", "fit", "--unit", "mm", "--step", str(file), str(cloud)]
     subprocess.run(command, capture_output=True, check=True, cwd=copy)
     text = file.read_text()
     assert text.count("RATIONAL_B_SPLINE_SURFACE") == 1 and "CLOSED_SHELL" in text
