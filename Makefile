@@ -1,18 +1,18 @@
-# make run    start the service and show an answer       make test        the fast test suite, without torch
-# make setup  install what serving needs                 make test-torch  the tests that need torch
-# make test-slow  the fits against brute-force optima, some minutes
-# make test-clock  what compares times by the clock, on a machine with nothing else to do
-# make test-schema  the service against its OpenAPI document with made-up requests, some minutes
+# make run    start the service and fit an example       make test        the fast tests, without torch
+# make setup  install primfit into .venv                 make test-torch  the tests that need torch
+# make test-slow    the slow tests: brute-force optima and more, some minutes
+# make test-clock   tests that compare times; needs an idle machine
+# make test-schema  random requests to the service, checked against its OpenAPI document, some minutes
 # make image  build the container image                  make lint        ruff, mypy, import rules
-# make wheel  the wheel and the sdist, in dist/          make test-wheel  the wheel where there is no compiler
-# make lock   newest versions into requirements/         make lock-check  do they still fit pyproject.toml?
-# make weights  train both classifiers again             make clean       remove what these verbs made
-# make training-figures  after make weights: docs/training-figures.md
-# make example  refresh the answer that the API shows   make openapi     refresh docs/openapi.json
-# make constants  the table of constants in docs/pipeline.md, and how many numbers the verdict has
-# make bench  measure primfit on small sets, a few minutes; the report: build/bench/report/benchmark.md
-# make bench-steps  has a step of a fit become slower than the figures that are kept? half a minute
-# make bench-peers  install what the benchmark compares with    make bench-full  measure all of them, a few hours
+# make wheel  the wheel and the sdist, in dist/          make test-wheel  try the wheel without a compiler
+# make lock   write the newest versions to requirements/ make lock-check  do they still match pyproject.toml?
+# make weights  train both classifiers again             make clean       remove everything that make created
+# make training-figures  after make weights: refresh docs/training-figures.md
+# make example  refresh the example answer of the API    make openapi     refresh docs/openapi.json
+# make constants  refresh the table of constants in docs/pipeline.md, and count the numbers of the verdict
+# make bench  measure primfit on small sets, a few minutes; the report is build/bench/report/benchmark.md
+# make bench-steps  has a step of a fit become slower than the recorded figures? half a minute
+# make bench-peers  install the libraries to compare with    make bench-full  measure all of them, a few hours
 
 PYTHON ?= python3
 PORT   ?= 8000

@@ -12,7 +12,7 @@ from primfit.fitting.shrec22 import to_vector
 
 from .clouds import SyntheticCloud
 from .draw import clouds
-from .picture import draw, require_matplotlib
+from .picture import draw, has_matplotlib, require_matplotlib
 from .recipes import RECIPES
 
 PICTURED = 30
@@ -76,11 +76,12 @@ def _cell(cloud: SyntheticCloud, name: str) -> Any:
     return "" if value is None else float(value) if isinstance(value, np.floating) else value
 
 
-def synth(recipe: str, out: Path, n: int = 100, seed: int = 0, picture: bool = True) -> str:
+def synth(recipe: str, out: Path, n: int = 100, seed: int = 0, picture: bool | None = None) -> str:
     """Write n clouds of a recipe with their truth and, as `sample.png`, a picture of the first thirty.
 
-    Cloud i is the same for any n. Returns a line that says what was done; raises `UnknownRecipeError` and,
-    before anything is written, `MissingMatplotlibError`.
+    Cloud i is the same for any n. With `picture=None` the picture is drawn if matplotlib is installed.
+    Returns a line that says what was done. Raises `UnknownRecipeError` and, with `picture=True` only,
+    `MissingMatplotlibError` before anything is written.
     """
     if recipe not in RECIPES:
         raise UnknownRecipeError(recipe)
@@ -88,6 +89,9 @@ def synth(recipe: str, out: Path, n: int = 100, seed: int = 0, picture: bool = T
         require_matplotlib()
     columns = (*ATTRIBUTES, *SENSOR_ATTRIBUTES) if recipe == "sensor" else ATTRIBUTES
     first = write(clouds(replace(RECIPES[recipe], seed=seed), n), out, columns)
-    if picture:
+    done = f"{n} clouds of the recipe {recipe}, seed {seed}, in {out}"
+    if picture or (picture is None and has_matplotlib()):
         draw(first, out / "sample.png")
-    return f"{n} clouds of the recipe {recipe}, seed {seed}, in {out}"
+    elif picture is None:
+        done += "; no picture, which needs matplotlib: pip install 'matplotlib>=3.8'"
+    return done

@@ -19,12 +19,17 @@ class MissingMatplotlibError(ImportError):
     """matplotlib is not installed."""
 
     def __init__(self) -> None:
-        super().__init__("a picture needs matplotlib: pip install 'matplotlib>=3.8', or give --no-picture")
+        super().__init__("a picture needs matplotlib: pip install 'matplotlib>=3.8', or leave out --picture")
+
+
+def has_matplotlib() -> bool:
+    """Is matplotlib installed?"""
+    return find_spec("matplotlib") is not None
 
 
 def require_matplotlib() -> None:
     """Raise `MissingMatplotlibError` before any work is done."""
-    if find_spec("matplotlib") is None:
+    if not has_matplotlib():
         raise MissingMatplotlibError
 
 

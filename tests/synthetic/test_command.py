@@ -60,11 +60,21 @@ def test_the_picture_shows_a_sample(tmp_path):
     assert (tmp_path / "sample.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_without_matplotlib_nothing_is_written_and_the_message_helps(tmp_path, monkeypatch):
+def test_without_matplotlib_the_picture_is_left_out_with_a_hint(tmp_path, monkeypatch):
+    monkeypatch.setattr(picture, "find_spec", lambda name: None)
+    result = CliRunner().invoke(cli.app, ["synth", "benchmark", "--n", "2", "--out", str(tmp_path)])
+    assert result.exit_code == 0
+    assert "no picture, which needs matplotlib: pip install" in result.stdout
+    assert (tmp_path / "attributes.csv").exists() and not (tmp_path / "sample.png").exists()
+
+
+def test_without_matplotlib_a_picture_that_was_asked_for_is_refused_before_anything_is_written(
+    tmp_path, monkeypatch
+):
     monkeypatch.setattr(picture, "find_spec", lambda name: None)
     out = tmp_path / "clouds"
     arguments = ["synth", "benchmark", "--n", "2", "--out", str(out)]
-    result = CliRunner().invoke(cli.app, arguments)
+    result = CliRunner().invoke(cli.app, [*arguments, "--picture"])
     assert result.exit_code == BAD_INPUT
     assert "needs matplotlib: pip install" in result.stderr
     assert not out.exists()

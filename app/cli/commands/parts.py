@@ -17,7 +17,10 @@ def synth(
     out: Annotated[Path, typer.Option(help="Folder for clouds, truth and picture.", file_okay=False)],
     n: Annotated[int, typer.Option("--n", min=1, help="Number of clouds.")] = 100,
     seed: Annotated[int, typer.Option(min=0, help="Another seed gives other clouds.")] = 0,
-    picture: Annotated[bool, typer.Option(help="Draw the first thirty clouds as sample.png.")] = True,
+    picture: Annotated[
+        bool | None,
+        typer.Option(help="Draw the first thirty clouds as sample.png; the default with matplotlib."),
+    ] = None,
 ) -> None:
     """Write labeled synthetic clouds.
 
