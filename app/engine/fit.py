@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
+from primfit.fitting.geometry.vectors import bounds
 from primfit.fitting.names import (
     ANSWER_PARTS,
     CRITERION,
@@ -22,6 +23,7 @@ from primfit.fitting.names import (
     Missing,
     Unit,
 )
+from primfit.fitting.noise.rounding import float32_step
 from primfit.fitting.plain import worded
 from primfit.fitting.primitives import parameters_of
 from primfit.fitting.primitives.primitive import Primitive
@@ -30,6 +32,7 @@ from primfit.fitting.request.config import Config
 from primfit.fitting.request.constraints import UNCONSTRAINED, Constraints
 from primfit.fitting.request.guess import guess_of
 from primfit.fitting.request.nominal import Nominal
+from primfit.fitting.words import figure
 from primfit.models import load_classifier
 from primfit.models.names import CLASSIFIER, CLASSIFIERS, ClassifierName
 
@@ -41,7 +44,15 @@ from .arrays import as_cloud, as_floats
 SMALLEST_SIZE, LARGEST_SIZE = 1e-5, 1e6
 """Radii beyond these are doubtful in any unit: whoever measures micrometers does not write meters."""
 
-__all__ = ["InvalidOptionError", "InvalidPointCloudError", "Recognition", "fit", "fit_cloud", "prepared"]
+__all__ = [
+    "InvalidOptionError",
+    "InvalidPointCloudError",
+    "Recognition",
+    "fit",
+    "fit_cloud",
+    "prepared",
+    "read",
+]
 
 
 def fit(
@@ -69,8 +80,8 @@ def fit(
 
     Parameters
     ----------
-    points : (N, 3), any unit of length: the path of a file, an array, a tensor, a table with columns x, y,
-        z, or a cloud of Open3D or trimesh; see `app.engine.arrays.as_cloud`
+    points : (N, 3), any unit of length: the path of a file, what `read` gave, an array, a tensor, a table
+        with columns x, y, z, or a cloud of Open3D or trimesh; see `app.engine.arrays.as_cloud`
     kinds : kinds that may be answered; None allows all
     classifier : who ranks the kinds: `network`, `knn`, or `none` to try all of them and select
     criterion : what the parameters minimise: `robust`, `least_squares`, `huber`, `tukey`, `minimum_zone`,
@@ -145,10 +156,50 @@ def fit(
     return fit_cloud(cloud, _with_options_of(cloud, options)).with_points(cloud.points)
 
 
+def read(
+    path: str | PathLike[str],
+    *,
+    columns: str | Sequence[str | int] | None = None,
+    labels: str | None = None,
+) -> Cloud:
+    """The cloud in a file of any format that the service reads, also packed by gzip or zstd.
+
+    Parameters
+    ----------
+    columns : of x, y and z, and perhaps of nx, ny and nz: names, or numbers from 1; None finds them
+    labels : the column that tells segments apart, or `auto` for one of a usual name; None reads none
+
+    Returns
+    -------
+    Its points as they are, NaN where one is missing; `fit` takes it, and `fit_segments` if it has labels.
+
+    Raises
+    ------
+    UnreadableFileError
+        The file holds no cloud, or no such column.
+    InvalidOptionError
+        `columns` are neither names nor numbers.
+    OSError
+        The file cannot be opened.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile, primfit
+    >>> file = pathlib.Path(tempfile.mkdtemp(), "scan.csv")
+    >>> _ = file.write_text("X [mm],Y [mm],Z [mm]\\n1,2,3\\n4,5,6\\n")
+    >>> cloud = primfit.read(file)
+    >>> cloud.points.shape, cloud.unit
+    ((2, 3), 'mm')
+    """
+    return read_file(path, pick=Pick(labels, as_columns(columns)))
+
+
 def cloud_of(points: Any, columns: str | Sequence[str | int] | None = None) -> Cloud:
     """The cloud in a file, or in what `as_cloud` takes."""
+    if isinstance(points, Cloud):
+        return points
     if isinstance(points, str | PathLike):
-        return read_file(points, pick=Pick(columns=as_columns(columns)))
+        return read(points, columns=columns)
     coordinates, normals = as_cloud(points, Pick(columns=as_columns(columns)))
     return Cloud(coordinates, ("x", "y", "z"), normals, "array")
 
@@ -202,6 +253,15 @@ def config_of(
     )
 
 
+def _of_steps(cloud: Cloud) -> list[str]:
+    """A warning where coordinates were stored as float32 far from the origin."""
+    step = float32_step(cloud.points, bounds(cloud.points))
+    if step is None:
+        return []
+    remedy = "store float64, or subtract an offset before writing float32, for a finer answer"
+    return [f"The coordinates are float32 numbers in steps of {figure(step, cloud.unit)}: {remedy}."]
+
+
 def fit_cloud(cloud: Cloud, options: Mapping[str, Any]) -> Recognition:
     """`fit` of a cloud as it was read, with checked options."""
     cloud = prepared(cloud, options)
@@ -213,7 +273,7 @@ def fit_cloud(cloud: Cloud, options: Mapping[str, Any]) -> Recognition:
         cloud.weights,
         cloud.standard_deviations,
     )
-    return replace(found, warnings=(*warnings_of(cloud), *_of_sizes(found)))
+    return replace(found, warnings=(*warnings_of(cloud), *_of_steps(cloud), *_of_sizes(found)))
 
 
 def _of_sizes(found: Recognition) -> list[str]:

@@ -12,11 +12,11 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.equality import ByValue
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
-from ..readers.cloud import PER_POINT, Cloud
+from ..readers.cloud import PER_POINT
 from .answer import to_json
-from .arrays import as_array, as_cloud, as_floats
+from .arrays import as_array, as_floats
 from .cut import Label, Piece, Rows, cut, pieces
-from .fit import config_of, fit_cloud
+from .fit import cloud_of, config_of, fit_cloud
 from .team import Team, chunks
 
 
@@ -80,13 +80,15 @@ class Segments(list[Segment]):
         return primfit.export_segments(self, artifact, **options)
 
 
-def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options: Any) -> Segments:
+def fit_segments(
+    points: Any, labels: ArrayLike | None = None, *, workers: int = 1, **options: Any
+) -> Segments:
     """`fit` each segment of a cloud: the points of one label.
 
     Parameters
     ----------
     points : (N, 3), any unit of length: whatever `fit` takes
-    labels : (N,) whole numbers or strings
+    labels : (N,) whole numbers or strings; None for those that `read` found
     workers : processes that share the segments; any number of them gives the same answers
     options : those of `fit`; `normals`, `weights` and `standard_deviations` have a value for each point
 
@@ -119,18 +121,21 @@ def fit_segments(points: Any, labels: ArrayLike, *, workers: int = 1, **options:
         raise InvalidOptionError("workers must be at least 1", "workers")
     given = {name: options.pop(name, None) for name in PER_POINT[1:]}
     config_of(**options)
-    coordinates, held = as_cloud(points)
     arrays: dict[str, Any] = {
         name: as_floats(values, name) for name, values in given.items() if values is not None
     }
-    cloud = Cloud(coordinates, ("x", "y", "z"), held, "array", labels=as_array(labels))
-    whole = cut(replace(cloud, **arrays))
+    cloud = replace(cloud_of(points, options.get("columns")), **arrays)
+    if labels is not None:
+        cloud = replace(cloud, labels=as_array(labels))
+    if cloud.labels is None:
+        raise InvalidPointCloudError("labels are missing; give them, or read a file with labels", "labels")
+    whole = cut(cloud)
     sizes = [stop - start for start, stop in pairwise(whole.bounds)]
     with Team(min(workers, len(sizes))) as team:
         work, shares = partial(_fitted, options), chunks(pieces(whole, team.scratch()), sizes, team.size)
         found = list(team.in_order(team.submit(work, share) for share in shares))
     # Each segment keeps a view of its points, which no process has to send back.
-    ordered = coordinates[whole.rows]
+    ordered = cloud.points[whole.rows]
     bounds = pairwise(whole.bounds)
     return Segments(
         Segment(

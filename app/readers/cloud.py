@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from primfit.fitting.equality import ByValue
 from primfit.fitting.names import Unit
 
 from .columns import Columns
@@ -20,8 +21,8 @@ _LABEL_LIMIT = 200
 PER_POINT = ("points", "normals", "weights", "standard_deviations")
 
 
-@dataclass(frozen=True)
-class Cloud:
+@dataclass(frozen=True, eq=False)
+class Cloud(ByValue):
     """What a file holds, or what was given in its place.
 
     Attributes
@@ -37,6 +38,13 @@ class Cloud:
     unit, unit_from : of the coordinates, where it is known, and what says so
     dropped : how many points are missing, by why
     warnings : what the caller should know of the file, a sentence each
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> cloud = primfit.Cloud(np.eye(3), ("x", "y", "z"), None, "array", unit="mm")
+    >>> cloud.points.shape, cloud.unit
+    ((3, 3), 'mm')
     """
 
     points: Array

@@ -28,6 +28,7 @@ _LABELS = ("label", "labels", "segment", "segment_id", "segments", "instance", "
 _XYZ, _NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
 _NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in aliases}
 _NAME_LENGTH, _LISTED = 40, 12
+_A_NAME = re.compile(r"[^\W\d][\w .:/\[\]()-]{0,23}|\d{1,3}")
 # A first column of fewer numbers may count up by accident.
 _COUNTING = 3
 
@@ -226,8 +227,11 @@ def _unknown(field: str, names: Sequence[str], wanted: str | int) -> UnreadableF
 
 
 def listed(names: Sequence[str]) -> str:
-    """The names of columns for a message: the first of them, cut, unnamed ones by their numbers."""
-    shown = [name.strip()[:_NAME_LENGTH] or f"({i})" for i, name in enumerate(names[:_LISTED], 1)]
+    """The names of columns for a message: the first of them; what does not look like a name by its number."""
+    shown = [
+        name.strip() if _A_NAME.fullmatch(name.strip()) else f"({i})"
+        for i, name in enumerate(names[:_LISTED], 1)
+    ]
     return ", ".join(shown) + (", ..." if len(names) > _LISTED else "")
 
 

@@ -22,6 +22,17 @@ class UnreadableFileError(ValueError):
     """The bytes are not a cloud; `field` and `message` say where and why, `errors` lists more.
 
     With `no_cloud` they are not meant for one: a table of something else, a text without numbers, nothing.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile, primfit
+    >>> file = pathlib.Path(tempfile.mkdtemp(), "scan.csv")
+    >>> _ = file.write_text("1,2\\n3,4\\n")
+    >>> try:
+    ...     primfit.read(file)
+    ... except primfit.UnreadableFileError as error:
+    ...     print(f"{error.field}: {error}")
+    file: rows hold 2 values; a point needs x, y and z
     """
 
     def __init__(

@@ -49,7 +49,7 @@ ARTIFACT_OPTIONS: list[dict[str, Any]] = [
         "schema": {"type": "array", "items": {"type": "string", "enum": list(ARTIFACTS)}},
         "style": "form",
         "explode": False,
-        "example": ["step", "glb", "report"],
+        "example": ["glb", "csv", "report"],
     },
     {
         "name": "export_kind",

@@ -38,6 +38,16 @@ class Check:
     lower, upper : deviations that are allowed; None where no tolerance was given
     verdict : `within`, `beyond`, or `undecided` where the interval reaches over a limit; None without a
         tolerance
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> nominal = {"kind": "sphere", "radius": {"value": 2.1, "tolerance": 0.05}}
+    >>> found = primfit.fit(points, nominal=nominal).conformance
+    >>> found.checks[0].name, round(found.checks[0].deviation, 9), found.checks[0].verdict
+    ('radius', -0.1, 'beyond')
     """
 
     name: str
@@ -61,6 +71,16 @@ class Conformance:
         is, else `within`; None where no tolerance was given
     kind : whose parameters are compared
     checks : the form first, then the parameters
+
+    Examples
+    --------
+    >>> import numpy as np, primfit
+    >>> azimuth, polar = np.random.default_rng(0).random((2, 300)) * np.array([[6.0], [3.0]])
+    >>> points = primfit.Sphere([0, 0, 0], 2.0).surface(azimuth, polar)
+    >>> nominal = {"kind": "sphere", "radius": {"value": 2.1, "tolerance": 0.05}}
+    >>> found = primfit.fit(points, nominal=nominal).conformance
+    >>> found.verdict, found.kind, len(found.checks)
+    ('beyond', 'sphere', 1)
     """
 
     verdict: Verdict | None

@@ -1,9 +1,12 @@
 from .app.engine.estimator import PrimitiveFitter
-from .app.engine.fit import fit
+from .app.engine.fit import fit, read
 from .app.engine.segments import Segment, Segments, fit_segments
 from .app.exports import NothingToExportError, export, form_errors, residuals
 from .app.exports.many import export_segments
 from .app.exports.pictures import picture, plot
+from .app.readers.cloud import Cloud
+from .app.readers.errors import UnreadableFileError
+from .fitting.answer.conformance import Check, Conformance
 from .fitting.answer.form import Form
 from .fitting.answer.residuals import Residuals
 from .fitting.answer.result import Alternative, Attempt, Recognition
@@ -27,8 +30,11 @@ __all__ = [
     "KINDS",
     "Alternative",
     "Attempt",
+    "Check",
+    "Cloud",
     "Cone",
     "Config",
+    "Conformance",
     "Constraints",
     "Cylinder",
     "Deviation",
@@ -49,6 +55,7 @@ __all__ = [
     "Segments",
     "Sphere",
     "Torus",
+    "UnreadableFileError",
     "__version__",
     "export",
     "export_segments",
@@ -58,6 +65,7 @@ __all__ = [
     "parameters",
     "picture",
     "plot",
+    "read",
     "recognize",
     "residuals",
 ]

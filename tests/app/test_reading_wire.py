@@ -130,3 +130,29 @@ def test_a_unit_against_that_of_the_file_brings_a_warning(service: Service) -> N
     assert other["receipt"]["unit_from"] == "option"
     assert other["warnings"] == ["The file is in m by its header, but mm was asked for."]
     assert other["primitive"] == told["primitive"]
+
+
+def test_what_was_read_is_fitted_and_cut_by_its_labels(tmp_path: Path) -> None:
+    file = tmp_path / "cloud.csv"
+    rows = [f"{x!r},{y!r},{z!r},{part}" for (x, y, z), part in zip(POINTS.tolist(), "ab" * 100, strict=True)]
+    file.write_text("X [cm],Y [cm],Z [cm],part\n" + "\n".join(rows))
+    cloud = primfit.read(file, labels="part")
+    assert cloud == primfit.read(str(file), columns="X,Y [cm],3", labels="part")
+    assert (
+        primfit.fit(cloud).to_json()
+        == primfit.fit(file).to_json()
+        == primfit.fit(POINTS, unit="cm").to_json()
+    )
+    segments = primfit.fit_segments(cloud)
+    assert [(each.label, len(each.rows)) for each in segments] == [("a", 100), ("b", 100)]
+    assert segments[0].recognition == primfit.fit(POINTS[::2], unit="cm")
+    assert segments.export("step").count(b"SI_UNIT(.CENTI.,.METRE.)") >= 1
+    with pytest.raises(primfit.InvalidPointCloudError, match="labels are missing"):
+        primfit.fit_segments(primfit.read(file))
+
+
+def test_coarse_coordinates_bring_a_warning() -> None:
+    far = (POINTS * 50.0 + [5e5, 5.4e6, 0.0]).astype(np.float32)
+    (warning,) = primfit.fit(far, unit="m").warnings
+    assert warning.startswith("The coordinates are float32 numbers in steps of 0.500 m: store float64")
+    assert primfit.fit(far.astype(np.float64) + 0.1).warnings == ()

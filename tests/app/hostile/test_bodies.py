@@ -81,7 +81,7 @@ NOT_FINITE: dict[str, tuple[Make, str]] = {
     "NaN in max_error": (lambda: b'{"points": [], "options": {"max_error": NaN}}', "options.max_error"),
     "NaN in base64": (lambda: _json(_with_nan()), "points[7][0]"),
     "infinity in base64 of float32": (lambda: _json(_array([[1, 2, np.inf]], "<f4")), "points[0][2]"),
-    "NaN in base64 normals": (lambda: _json(normals=_with_nan()), "normals[7][0]"),
+    "NaN in base64 normals": (lambda: _json(normals=_with_nan()), "normals[7]"),
     "a normal of zeros": (lambda: _json(normals=[[0, 0, 0]] * 50), "normals[0]"),
     "nan in csv": (lambda: b"1,2,3\n4,nan,6\n", "points[1][1]"),
     "inf in csv": (lambda: b"1,2,3\n4,5,-inf\n", "points[1][2]"),

@@ -201,10 +201,10 @@ def test_what_cannot_be_a_cloud_is_refused(service: Any, points: list[list[float
 
 
 HOSTILE = {
-    "NaN": (b'{"points": [[1, 2, NaN]]}', "application/json", "points[0][2]"),
+    "NaN": (b'{"points": [[1, 2, NaN]]}', "application/json", "points"),
     "1e400": (b'{"points": [[1e400, 2, 3]]}', "application/json", "points[0][0]"),
     "nan as string": (b'{"points": [["nan", 2, 3]]}', "application/json", "points[0][0]"),
-    "nan in csv": (b"1,2,3\nnan,2,3\n", "text/csv", "points[1][0]"),
+    "nan in csv": (b"1,2,3\nnan,2,3\n", "text/csv", "points"),
     "depth": (b"[" * 100_000, "application/json", "body"),
     "100,000 bad rows": (b'{"points": [' + b",".join([b'["s3cret", 1]'] * 100_000) + b"]}",
                          "application/json", "points[0]"),

@@ -178,7 +178,7 @@ def test_it_exports_and_hands_out_the_files(page: Browser) -> None:
     _found(page)
     _wait_for(lambda: page.run("return document.querySelector('iframe') !== null"))
     links = page.run("return [...document.querySelectorAll('.files a')].map(a => a.download)")
-    assert links == ["primfit.zip", "answer.json", "primitive.step", "primitive.glb", "report.html"]
+    assert links == ["primfit.zip", "answer.json", "primitive.glb", "primitive.csv", "report.html"]
     assert page.run("return document.querySelector('iframe').srcdoc").startswith("<!doctype html>")
 
 

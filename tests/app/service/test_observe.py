@@ -50,7 +50,7 @@ def test_a_refusal_is_a_line_that_names_the_problem_and_holds_nothing_of_the_inp
     headers = {**KEY, "X-Request-Id": "bad-1", "Content-Type": "text/csv"}
     guarded_service.client.post("/fit?s3cret=1", content=b"s3cret,1\n", headers=headers)
     line = _line(guarded_service, "bad-1")
-    assert (line["status"], line["problem"], line["received_bytes"]) == (422, "unreadable-input", 9)
+    assert (line["status"], line["problem"], line["received_bytes"]) == (422, "invalid-options", 9)
     assert "s3cret" not in guarded_service.log.read_text()
 
 

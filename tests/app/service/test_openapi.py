@@ -47,7 +47,9 @@ PROBLEMS: dict[str, dict[str, Exception]] = {
         ),
     },
     "422": {
-        "points": InvalidPointsError("points[17][2]", "NaN is not JSON; every number must be finite", "NaN"),
+        "points": InvalidPointsError(
+            "points[17][2]", "not a finite number; every coordinate must be one", "NaN"
+        ),
         "file": UnreadableFileError("file", "the header announces 2400 bytes of data, 1200 are there"),
         "options": problems.InvalidOptionsError(
             [
