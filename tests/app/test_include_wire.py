@@ -174,8 +174,8 @@ def test_other_artefacts_need_neither_part(service: Service) -> None:
     with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
         report = archive.read("report.html").decode()
         assert json.loads(archive.read("answer.json"))["receipt"]["options"]["include"] == []
-    assert "Their uncertainty was not asked for." in report
-    assert "where it ends was not asked for" in report
+    assert "The uncertainty was not requested." in report
+    assert "extents were not requested" in report
 
 
 def test_exports_of_the_command_line_and_of_python_are_refused(tmp_path: Path) -> None:
@@ -194,4 +194,4 @@ def test_exports_of_the_command_line_and_of_python_are_refused(tmp_path: Path) -
         primfit.export(recognition, ["csv", "step"], points)
     assert (str(caught.value), caught.value.field) == (REFUSED, "include")
     report = primfit.export(recognition, "report", points, options={"include": ["uncertainty"]}).decode()
-    assert "where it ends was not asked for" in report and "Their uncertainty was not" not in report
+    assert "extents were not requested" in report and "The uncertainty was not" not in report
