@@ -73,7 +73,7 @@ def check(answer: dict[str, Any]) -> None:
     interval = answer["uncertainty"]["intervals"]["first_radius"]
     assert interval["low"] < 5.0 < interval["high"]
     (attempt,) = (each for each in answer["attempts"] if each["kind"] == "ellipsoid")
-    assert attempt["probability"] == pytest.approx(1.0 / 6.0), "the classifiers have not learnt it"
+    assert attempt["probability"] == pytest.approx(1.0 / 6.0), "the classifiers have not learned it"
 
 
 def test_over_http(service: Service, cloud: Path) -> None:

@@ -1,4 +1,4 @@
-"""The recognised primitive, its residuals and the report as files: one file a format."""
+"""The recognized primitive, its residuals and the report as files: one file a format."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -79,7 +79,7 @@ FORMATS: dict[str, Format] = {
 
 @dataclass(frozen=True)
 class Wanted:
-    """The artefacts that were asked for beside an answer."""
+    """The artifacts that were asked for beside an answer."""
 
     formats: tuple[str, ...]
     options: ExportOptions
@@ -130,7 +130,7 @@ def export(
     operator: str | None = None,
     date: str | None = None,
 ) -> bytes | dict[str, bytes]:
-    """An artefact as the bytes of a file, or several by name.
+    """An artifact as the bytes of a file, or several by name.
 
     Parameters
     ----------
@@ -146,8 +146,8 @@ def export(
     Raises
     ------
     InvalidOptionError
-        An unknown artefact or unit, a chord error out of range, points that are missing, an option that
-        `fit` would not have taken, or an artefact of extents that `fit` was not asked for (`include`).
+        An unknown artifact or unit, a chord error out of range, points that are missing, an option that
+        `fit` would not have taken, or an artifact of extents that `fit` was not asked for (`include`).
     InvalidPointCloudError
         The points are not finite (N, 3).
     NothingToExportError
@@ -168,7 +168,7 @@ def export(
     for name in names:
         if name not in FORMATS:
             known = ", ".join(FORMATS)
-            raise InvalidOptionError(f"artefact {name!r:.40} is unknown; allowed are {known}", "artifacts")
+            raise InvalidOptionError(f"artifact {name!r:.40} is unknown; allowed are {known}", "artifacts")
     fitted = fitted_points(recognition, points, options)
     how = ExportOptions(unit, chord_error, export_kind, title, operator, date)
     written = write(fitted, names, how)

@@ -99,7 +99,9 @@ def test_a_batch_writes_the_alternatives_too(answered: Recognition, tmp_path: Pa
 def test_a_report_shows_each_alternative_with_its_numbers(recognition: Recognition) -> None:
     page = primfit.export(recognition, "report", cloud_of("cylinder"), unit="mm").decode()
     for other in recognition.alternatives:
-        section = page.partition(f"<h2>Alternative: {other.primitive.kind}</h2>")[2].partition("</section>")[0]
+        section = page.partition(f"<h2>Alternative: {other.primitive.kind}</h2>")[2].partition("</section>")[
+            0
+        ]
         assert "95% interval" in section and "rms of inliers" in section
         assert f"<h2>Extents of the {other.primitive.kind}</h2>" in page
     assert page.count("rms of inliers</th>") == 5

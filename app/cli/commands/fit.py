@@ -162,7 +162,7 @@ def _statuses(
 def _answers(
     files: list[str], options: dict[str, Any], labels: str | None, formats: tuple[str, ...]
 ) -> Iterator[tuple[str, Any, Any]]:
-    """What to call each answer, its item where there are segments, and what was recognised or a problem."""
+    """What to call each answer, its item where there are segments, and what was recognized or a problem."""
     from ...engine.items import Item
     from ...engine.names import Ids, base_name
     from ...engine.team import Team

@@ -10,7 +10,7 @@ POINTS = np.random.default_rng(6).normal(size=(20, 3)) * 100.0 + [1e6, -2e6, 3.0
 ROWS = [" ".join(map(repr, row)) for row in POINTS.tolist()]
 
 
-@pytest.mark.parametrize("tail", ["", " -1204", " -1204 10 20 30"], ids=["points", "intensity", "colour"])
+@pytest.mark.parametrize("tail", ["", " -1204", " -1204 10 20 30"], ids=["points", "intensity", "color"])
 @pytest.mark.parametrize("end", ["\n", "\r\n"], ids=["unix", "windows"])
 def test_a_pts_file_is_read_to_the_last_digit(tail: str, end: str) -> None:
     cloud = read(end.join([str(len(ROWS)), *(row + tail for row in ROWS), ""]).encode())
