@@ -26,7 +26,7 @@ VERDICTS = {
 }
 
 _LABEL_WIDTH = 17
-_COLUMN = 15
+_COLUMN = 17
 _HALF = 2
 """Digits of half an interval."""
 

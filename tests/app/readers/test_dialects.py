@@ -265,5 +265,7 @@ def test_points_of_colmap_are_read_by_their_commented_header() -> None:
     cloud = read(text.encode())
     np.testing.assert_array_equal(cloud.points, NINE)
     assert cloud.columns == ("X", "Y", "Z")
+    short = text.replace(" 15 7345", "")  # a row of as many cells as there are words between commas
+    np.testing.assert_array_equal(read(short.encode()).points, NINE)
     with pytest.raises(UnreadableFileError, match="1 rows are not"):
         read((text + "72 7 8\n").encode())
