@@ -41,7 +41,7 @@ PIECES: dict[str, tuple[Primitive, tuple[float, float], tuple[float, float]]] = 
 }
 
 
-def recognised(name: str) -> Recognition:
+def recognized(name: str) -> Recognition:
     primitive, u, v = PIECES[name]
     rng = np.random.default_rng(4)
     across, along = rng.uniform(*u, 3000), rng.uniform(*v, 3000)
@@ -105,7 +105,7 @@ def _xyz(of: Any) -> Array:
 
 @pytest.mark.parametrize("name", PIECES)
 def test_a_cad_kernel_reads_the_same_face(name: str, tmp_path: Path) -> None:
-    recognition = recognised(name)
+    recognition = recognized(name)
     face = read_back(export(recognition, "step", unit="mm"), tmp_path)
     from OCP.BRepCheck import BRepCheck_Analyzer
 
@@ -135,7 +135,7 @@ def test_a_cad_kernel_reads_the_same_face(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("unit", "millimetres"), [("m", 1000.0), ("inch", 25.4)])
 def test_units_are_said(unit: str, millimetres: float, tmp_path: Path) -> None:
-    recognition = recognised("pipe")
+    recognition = recognized("pipe")
     found = parameters_of(read_back(export(recognition, "step", unit=unit), tmp_path))
     assert found["Radius"] == pytest.approx(8.0 * millimetres, rel=1e-9)
 
@@ -144,7 +144,7 @@ def test_units_are_said(unit: str, millimetres: float, tmp_path: Path) -> None:
 def test_every_reference_is_there_and_the_bytes_are_the_same_again(name: str) -> None:
     import re
 
-    recognition = recognised(name)
+    recognition = recognized(name)
     content = export(recognition, "step", unit="mm")
     assert content == export(recognition, "step", unit="mm")
     text = content.decode("ascii")
