@@ -23,7 +23,7 @@ from .fitted import (
 )
 from .form import form_json
 from .mesh import mesh_writer, stl_warning
-from .options import ExportOptions, known_unit
+from .options import ExportOptions, known_unit, unit_of
 from .report import html_report
 from .residual_files import residuals_csv, residuals_las, residuals_npy, residuals_ply
 from .step import step
@@ -138,7 +138,8 @@ def export(
     points : (N, 3) that were fitted, whatever `fit` takes; `residuals_...`, `form` and `report` need them.
         None for those that the answer has kept
     options : keyword arguments that `fit` had beside the points, for the receipt in the report
-    unit : of the coordinates, `mm`, `m`, ...; None for that of the answer, if it has one. STEP files need it
+    unit : of the coordinates, `mm`, `m`, ..., where the fit did not know it; None for that of the answer. STEP
+        files need it
     chord_error : largest distance of a mesh from the surface, as a share of the size, in [1e-5, 0.1]
     export_kind : which kind of an ambiguous answer; None for the first
     title, operator, date : what the report says of itself, as given, up to 200 characters each
@@ -146,7 +147,7 @@ def export(
     Raises
     ------
     InvalidOptionError
-        An unknown artefact or unit, a chord error out of range, points that are missing, an option that
+        An unknown artifact or unit, another unit than that of the answer, a chord error out of range, points that are missing, an option that
         `fit` would not have taken, or an artefact of extents that `fit` was not asked for (`include`).
     InvalidPointCloudError
         The points are not finite (N, 3).
@@ -195,9 +196,8 @@ def write(fitted: Fitted, formats: Iterable[str], options: ExportOptions) -> dic
 
 def _chosen(fitted: Fitted, options: ExportOptions) -> tuple[Fitted, ExportOptions]:
     """What is exported of the answer, and the options in its unit."""
-    return of_kind(fitted, options.export_kind), replace(
-        options, unit=options.unit or fitted.recognition.unit
-    )
+    unit = unit_of([fitted.recognition], options.unit)
+    return of_kind(fitted, options.export_kind), replace(options, unit=unit)
 
 
 @dataclass(frozen=True)

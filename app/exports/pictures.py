@@ -6,10 +6,12 @@ import numpy as np
 
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.names import Unit
 from primfit.fitting.plain import worded
 
 from .colors import color_limit
 from .fitted import Fitted, fitted_points
+from .options import ExportOptions, unit_of
 from .report import scene_svg
 from .report.scene import shape_in, shown
 
@@ -19,18 +21,18 @@ if TYPE_CHECKING:
 SURFACE, OUTLINE = "#96a6ba", "#1d252e"
 
 
-def picture(recognition: Recognition, points: Any = None, *, unit: str = "") -> str:
+def picture(recognition: Recognition, points: Any = None, *, unit: Unit | None = None) -> str:
     """The isometric view of the report as one SVG: the points and the trimmed primitive.
 
     Parameters
     ----------
     points : (N, 3) that were fitted; None where the answer still has them
-    unit : of the coordinates, written beside the scale
+    unit : of the coordinates, written beside the scale; None for that of the answer
 
     Raises
     ------
     InvalidOptionError
-        There are no points.
+        There are no points, or the unit is unknown or another one than that of the answer.
 
     Examples
     --------
@@ -40,7 +42,8 @@ def picture(recognition: Recognition, points: Any = None, *, unit: str = "") -> 
     >>> primfit.picture(recognition, unit="mm")[:4]
     '<svg'
     """
-    return scene_svg(fitted_points(recognition, points), unit)
+    how = ExportOptions(unit_of([recognition], unit))
+    return scene_svg(fitted_points(recognition, points), how.unit)
 
 
 def plot(recognition: Recognition, axes: "Axes | None" = None, points: Any = None) -> "Axes":
