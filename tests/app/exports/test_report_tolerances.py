@@ -1,7 +1,10 @@
 """The report holds what was found against what was asked for."""
 
 import re
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 import primfit
 from primfit.app.exports.report.conformance import checks_table
@@ -54,3 +57,20 @@ def test_the_verdict_leads() -> None:
 
 def _report(points: Any, **options: Any) -> bytes:
     return primfit.export(primfit.fit(points, unit="mm", **options), "report")
+
+
+def test_an_interval_with_an_open_end_has_the_other_one() -> None:
+    radius = _check("radius", 8.0, 0.5, lower=-1.0, upper=1.0, verdict="undecided")
+    assert _cells(replace(radius, low=-0.25))[3] == "at least -0.25 mm"
+    assert _cells(replace(radius, high=0.75))[3] == "at most 0.75 mm"
+
+
+def test_where_nothing_fits_the_verdict_claims_no_other_shape() -> None:
+    page = _report(np.random.default_rng(0).normal(size=(300, 3)), form_tolerance=1.0)
+    assert b"Beyond tolerance: no kind explains the points." in page
+
+
+def test_warnings_about_the_points_are_in_the_report() -> None:
+    for points in (points_of("pipe"), np.random.default_rng(0).normal(size=(300, 3))):
+        page = _report(np.vstack([points, [[np.nan, 0.0, 0.0]]]))
+        assert b"<li>Missing points were dropped: 1 with coordinates that are not finite.</li>" in page

@@ -49,7 +49,7 @@ def test_points_that_are_not_finite_are_dropped_and_counted(data: bytes) -> None
     cloud = without_missing(read(data))
     np.testing.assert_array_equal(cloud.points, KEPT)
     assert cloud.dropped == {"not_finite": 4, "zero": 0}
-    assert warnings_of(cloud)[-1] == ("Missing points were dropped: 4 have coordinates that are not finite.")
+    assert warnings_of(cloud)[-1] == ("Missing points were dropped: 4 with coordinates that are not finite.")
     assert without_missing(cloud) is cloud
 
 
@@ -73,7 +73,7 @@ def test_zeros_are_missing_where_they_repeat() -> None:
     assert without_missing(read(npy(once))).points.tolist() == once.tolist()
     cloud = without_missing(read(npy(twice)))
     assert len(cloud.points) == 10 and cloud.dropped == {"not_finite": 0, "zero": 2}
-    assert warnings_of(cloud) == ("Missing points were dropped: 2 are exact zeros (0, 0, 0).",)
+    assert warnings_of(cloud) == ("Missing points were dropped: 2 at exactly (0, 0, 0).",)
     assert len(without_missing(read(npy(twice)), "error").points) == 12
 
 
