@@ -172,16 +172,22 @@ def _conformance(answer: Answer) -> Iterator[Row]:
     """What was asked for, and what became of it."""
     found = answer.get("conformance") or {"verdict": None, "checks": []}
     if found["verdict"] is not None:
-        yield "verdict", verdict_in_words(found["verdict"], found["kind"], answer["status"])
+        yield "verdict", _verdict(found, answer)
     for check in found["checks"]:
         yield worded(check["name"]), _check(check, _unit(answer))
 
 
-def verdict_in_words(verdict: str, kind: str | None, status: str) -> str:
-    """A verdict on parameters of a kind; on nothing where there is none."""
-    if kind is not None:
-        return VERDICTS[verdict]
-    return "beyond tolerance: no kind explains the points" if status == "no_fit" else OTHER_SHAPE
+def _verdict(found: Mapping[str, Any], answer: Answer) -> str:
+    first = (answer["primitive"] or {}).get("kind")
+    return verdict_in_words(found["verdict"], found["kind"], answer["status"], first)
+
+
+def verdict_in_words(verdict: str, kind: str | None, status: str, first: str | None) -> str:
+    """A verdict on a kind, which is named where it is not the first one of the answer."""
+    if kind is None:
+        return "beyond tolerance: no kind explains the points" if status == "no_fit" else OTHER_SHAPE
+    word, colon, why = VERDICTS[verdict].partition(": ")
+    return word + ("" if kind == first else f" as a {kind}") + colon + why
 
 
 def _check(check: Mapping[str, Any], length: str | None) -> str:

@@ -132,7 +132,8 @@ def _tolerances(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     found = fitted.recognition.conformance
     if found is not None:
         rows = [checks_table(found.checks, unit)] if found.checks else []
-        yield _section("Tolerances", f"{in_words(found, fitted.recognition.status).capitalize()}.", *rows)
+        verdict = in_words(found, fitted.recognition.status, fitted.primitive.kind)
+        yield _section("Tolerances", f"{verdict.capitalize()}.", *rows)
 
 
 def _numbers(fitted: Fitted, unit: str | None) -> Iterator[Markup]:

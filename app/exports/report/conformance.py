@@ -15,16 +15,16 @@ from .tables import cell, column
 _CLASSES = {"within": "accepted", "beyond": "failed", "undecided": "refused"}
 
 
-def in_words(found: Conformance, status: str) -> str:
-    """The verdict on an answer of this status."""
+def in_words(found: Conformance, status: str, kind: str) -> str:
+    """The verdict on an answer of this status that shows this kind."""
     if found.verdict is None:
         return "no tolerance was given"
-    return verdict_in_words(found.verdict, found.kind, status)
+    return verdict_in_words(found.verdict, found.kind, status, kind)
 
 
 def checks_table(checks: Sequence[Check], unit: str | None) -> Markup:
-    """A row for each quantity, whose lengths are in one unit."""
-    header = ("", *map(column, ("nominal", "deviation", "95% interval", "allowed")), "")
+    """A row for each quantity, whose lengths are in one unit; on a phone the first columns are seen."""
+    header = ("", "", *map(column, ("deviation", "allowed", "95% interval", "nominal")))
     return table((_row(check, unit) for check in checks), header)
 
 
@@ -43,9 +43,9 @@ def _row(check: Check, unit: str | None) -> tuple[object, ...]:
             f"{low} to {high}" if len(ends) == 2 else f"at least {low}" if high is None else f"at most {high}"
         )
     allowed = " to ".join(f"{limit * of.factor:.6g}" for limit in limits)
-    texts = (_nominal(check, unit), _with(deviation, of), _with(interval, of), _with(allowed, of))
+    texts = (_with(deviation, of), _with(allowed, of), _with(interval, of), _nominal(check, unit))
     verdict = element("span", check.verdict or "", class_=_CLASSES.get(check.verdict or "", ""))
-    return (worded(check.name), *map(cell, texts), element("td", verdict))
+    return (worded(check.name), element("td", verdict), *map(cell, texts))
 
 
 def _with(text: str, of: Unit) -> str:

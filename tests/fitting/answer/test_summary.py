@@ -231,6 +231,18 @@ def test_a_verdict_where_nothing_fits_claims_no_other_shape() -> None:
     assert "\nverdict          beyond tolerance: no kind explains the points\n" in text
 
 
+def test_a_verdict_names_the_kind_where_it_is_not_the_first() -> None:
+    answer = ambiguous().to_dict()
+    first, other = answer["primitive"]["kind"], answer["alternatives"][0]["kind"]
+    for verdict, kind, said in (
+        ("undecided", other, f"undecided as a {other}: an interval reaches over its tolerance"),
+        ("beyond", other, f"beyond tolerance as a {other}"),
+        ("within", first, "within tolerance"),
+    ):
+        found = {"verdict": verdict, "kind": kind, "checks": []}
+        assert f"\nverdict          {said}\n" in summary(answer | {"conformance": found})
+
+
 def test_numbers_of_a_vector_never_touch() -> None:
     answer = recognize(noisy(EXAMPLES["cylinder"], 300, 0.01), Config(kinds=("cylinder",))).to_dict()
     axis = [-0.000391588896123, -0.000102541885123, -0.999999917]
