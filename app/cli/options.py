@@ -33,7 +33,7 @@ Criterion = Annotated[
     names.Criterion | None,
     typer.Option(
         metavar="NAME",
-        help="What the parameters minimise: 'robust' rejects outliers, 'least_squares' counts every point "
+        help="What the parameters minimize: 'robust' rejects outliers, 'least_squares' counts every point "
         "alike; 'huber' and 'tukey' are M-estimators; 'minimum_zone', and for spheres and cylinders "
         "'minimum_circumscribed' and 'maximum_inscribed', are those of metrology.",
         show_default=names.CRITERION,

@@ -84,7 +84,7 @@ def fit(
         with columns x, y, z, or a cloud of Open3D or trimesh; see `app.engine.arrays.as_cloud`
     kinds : kinds that may be answered; None allows all
     classifier : who ranks the kinds: `network`, `knn`, or `none` to try all of them and select
-    criterion : what the parameters minimise: `robust`, `least_squares`, `huber`, `tukey`, `minimum_zone`,
+    criterion : what the parameters minimize: `robust`, `least_squares`, `huber`, `tukey`, `minimum_zone`,
         `minimum_circumscribed` or `maximum_inscribed`; see `Config`
     max_error : largest accepted mean absolute distance of the points not rejected as outliers, as a share of
         the bounding-box diagonal; None derives the threshold from the cloud's own noise

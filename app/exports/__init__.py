@@ -1,4 +1,4 @@
-"""The recognised primitive, its residuals and the report as files: one file a format."""
+"""The recognized primitive, its residuals and the report as files: one file a format."""
 
 import warnings
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -80,7 +80,7 @@ FORMATS: dict[str, Format] = {
 
 @dataclass(frozen=True)
 class Wanted:
-    """The artefacts that were asked for beside an answer."""
+    """The artifacts that were asked for beside an answer."""
 
     formats: tuple[str, ...]
     options: ExportOptions
@@ -131,7 +131,7 @@ def export(
     operator: str | None = None,
     date: str | None = None,
 ) -> bytes | dict[str, bytes]:
-    """An artefact as the bytes of a file, or several by name.
+    """An artifact as the bytes of a file, or several by name.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def export(
     for name in names:
         if name not in FORMATS:
             known = ", ".join(FORMATS)
-            raise InvalidOptionError(f"artefact {name!r:.40} is unknown; allowed are {known}", "artifacts")
+            raise InvalidOptionError(f"artifact {name!r:.40} is unknown; allowed are {known}", "artifacts")
     fitted = fitted_points(recognition, points, options)
     how = ExportOptions(unit, chord_error, export_kind, title, operator, date)
     written = write(fitted, names, how)

@@ -1,4 +1,4 @@
-"""What artefacts are made of: an answer, and the cloud and the options that it came from."""
+"""What artifacts are made of: an answer, and the cloud and the options that it came from."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
@@ -52,7 +52,7 @@ class Fitted:
 
     Attributes
     ----------
-    cloud : that was fitted; artefacts of points need it
+    cloud : that was fitted; artifacts of points need it
     options : keyword options that `engine.fit` had, or None where they are not known
     name : of the file that the cloud was read from, without folders; None where it had none
     """
@@ -95,7 +95,7 @@ class Fitted:
     def given(self) -> Cloud:
         """The cloud; raises `InvalidOptionError` where there is none."""
         if self.cloud is None:
-            raise InvalidOptionError("points are missing: this artefact is about them", "points")
+            raise InvalidOptionError("points are missing: this artifact is about them", "points")
         return self.cloud
 
     @property

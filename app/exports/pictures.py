@@ -93,7 +93,8 @@ def plot(recognition: Recognition, axes: "Axes | None" = None, points: Any = Non
     _scatter(drawn, fitted, rows)
     status = recognition.status
     title = worded(status) if status == "no_fit" else f"{fitted.primitive.kind}, {status}"
-    drawn.set(xlabel="x", ylabel="y", zlabel="z", title=title)
+    names = (_with(axis, recognition) for axis in "xyz")
+    drawn.set(**dict(zip(("xlabel", "ylabel", "zlabel"), names, strict=True)), title=title)
     drawn.set_aspect("equal")
     return drawn
 
@@ -107,4 +108,9 @@ def _scatter(axes: Any, fitted: Fitted, rows: np.ndarray) -> None:
     limit = color_limit(fitted.residuals) or 1.0
     colors = {"c": fitted.residuals.distance[rows], "cmap": "RdBu_r", "vmin": -limit, "vmax": limit}
     dots = axes.scatter(*points.T, s=4.0, **colors)
-    axes.figure.colorbar(dots, ax=axes, shrink=0.6, label="signed distance")
+    axes.figure.colorbar(dots, ax=axes, shrink=0.6, label=_with("signed distance", fitted.recognition))
+
+
+def _with(name: str, recognition: Recognition) -> str:
+    """The name of an axis of lengths, with their unit where it is known."""
+    return f"{name} [{recognition.unit}]" if recognition.unit else name

@@ -1,4 +1,4 @@
-"""The formats that are read, as they are told to clients; files are recognised by what they hold."""
+"""The formats that are read, as they are told to clients; files are recognized by what they hold."""
 
 from dataclasses import dataclass
 

@@ -64,7 +64,7 @@ def _body(upload: str, uploaded: dict[str, Any]) -> dict[str, Any]:
 
 _BODY = (
     "The cloud. A body may be packed (`Content-Encoding: gzip` or `zstd`), and so may a file; "
-    "files are recognised by what they hold, whatever their media type"
+    "files are recognized by what they hold, whatever their media type"
 )
 _FILES = {
     **dict.fromkeys(("application/octet-stream", "text/csv", "text/plain"), "few.csv"),

@@ -1,4 +1,4 @@
-"""Artefacts as a request asks for them: in the query, apart from the options of the fit."""
+"""Artifacts as a request asks for them: in the query, apart from the options of the fit."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]]
     Raises
     ------
     InvalidOptionsError
-        No artefact is named, one or a unit is unknown, or a value is out of range or given twice.
+        No artifact is named, one or a unit is unknown, or a value is out of range or given twice.
     """
     rest = [(name, value) for name, value in query if name not in NAMES]
     formats = [format for name, value in query if name == "artifacts" for format in value.split(",")]
@@ -32,7 +32,7 @@ def split_query(query: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]]
 
 def _wrong_formats(formats: list[str]) -> list[FieldError]:
     errors = [
-        FieldError(f"artifacts[{i}]", f"unknown artefact; allowed are {', '.join(FORMATS)}", describe(format))
+        FieldError(f"artifacts[{i}]", f"unknown artifact; allowed are {', '.join(FORMATS)}", describe(format))
         for i, format in enumerate(formats)
         if format not in FORMATS
     ]

@@ -86,7 +86,7 @@ class FitOptions(BaseModel):
     )
     criterion: CriterionName = Field(
         names.CRITERION,
-        description="what the parameters minimise: `robust` (the default) rejects outliers; `least_squares` "
+        description="what the parameters minimize: `robust` (the default) rejects outliers; `least_squares` "
         "counts every point alike; `huber` and `tukey` are M-estimators; `minimum_zone` makes the largest "
         "distance small; `minimum_circumscribed` and `maximum_inscribed`, of spheres and cylinders only, "
         "have all points inside or outside. The kind is judged by its robust fit",
@@ -194,7 +194,7 @@ class FitRequest(BaseModel):
 
 
 class FitUpload(BaseModel):
-    """A cloud as a file of any format that is read, also packed by gzip or zstd, recognised by content."""
+    """A cloud as a file of any format that is read, also packed by gzip or zstd, recognized by content."""
 
     file: Upload = Field(description="the file")
     options: FitOptions | None = Field(None, description="options as JSON text")

@@ -40,7 +40,7 @@ class Config:
     Attributes
     ----------
     kinds : kinds that may be answered, without repetition
-    criterion : what the parameters minimise.
+    criterion : what the parameters minimize.
         `robust`: outliers rejected, exact where the data is exact. `least_squares`: the squares of all
         distances. `huber`, `tukey`: M-estimators with 95 % of its efficiency under normal noise; outliers
         pull by a bounded amount, or not at all. `minimum_zone`: the largest distance.

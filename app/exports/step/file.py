@@ -50,7 +50,7 @@ class File:
         header = [
             "ISO-10303-21;",
             "HEADER;",
-            "FILE_DESCRIPTION(('a primitive recognised in a point cloud'),'2;1');",
+            "FILE_DESCRIPTION(('a primitive recognized in a point cloud'),'2;1');",
             f"FILE_NAME({quoted(name)},'{EPOCH}',(''),(''),'primfit {version('primfit')}','primfit','');",
             f"FILE_SCHEMA(('{SCHEMA}'));",
             "ENDSEC;",

@@ -1,4 +1,4 @@
-"""One call, several artefacts: over HTTP as a ZIP, on the command line, in Python."""
+"""One call, several artifacts: over HTTP as a ZIP, on the command line, in Python."""
 
 import csv
 import io

@@ -160,6 +160,7 @@ def test_what_was_asked_reads_back() -> None:
         ({"kind": "sphere", "radius": {"tolerance": 5}}, "nominal.radius"),
         ({"kind": "sphere", "radius": {"value": 5, "limits": 5}}, "nominal.radius"),
         ({"kind": "sphere", "radius": {"value": 5, "tolerance": -1}}, "nominal.radius.tolerance"),
+        ({"kind": "sphere", "radius": {"value": 5, "tolerance": "0.1"}}, "nominal.radius.tolerance"),
         ({"kind": "sphere", "radius": {"value": 5, "tolerance": [1, -1]}}, "nominal.radius.tolerance"),
         ({"kind": "sphere", "center": {"value": [0, 0, 0], "tolerance": [0, 1]}}, "nominal.center.tolerance"),
         ({"kind": "plane", "normal": [0, 0, 0]}, "nominal.normal"),
@@ -169,3 +170,4 @@ def test_what_cannot_be_meant_is_named(given: Any, field: str) -> None:
     with pytest.raises(InvalidOptionError) as caught:
         Nominal.of(given)
     assert caught.value.field == field
+    assert "'0'" not in str(caught.value)
