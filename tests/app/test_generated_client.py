@@ -188,7 +188,12 @@ def _request() -> Any:
 CALLS: dict[str, Callable[[Any], Any]] = {
     "fitting.fit": lambda call: call(body=_request()).status == "fitted",
     "fitting.fit_export": lambda call: (
-        call(body=_request(), artifacts=[_part("models").FitExportArtifactsItem.STEP]) is None
+        call(
+            body=_request(),
+            artifacts=[_part("models").FitExportArtifactsItem.STEP],
+            unit=_part("models").Unit.MM,
+        )
+        is None
     ),
     "fitting.fit_batch": lambda call: call(body=_request()) is None,
     "service.capabilities": lambda call: call().limits.max_points == 5_000_000,
