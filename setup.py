@@ -3,6 +3,7 @@
 The modules keep to the limited API of Python 3.11, so that one wheel does for it and all later versions.
 """
 
+import os
 import sys
 from pathlib import Path
 
@@ -35,5 +36,5 @@ def compiled(source: Path) -> Extension:
 
 setup(
     ext_modules=[compiled(source) for source in SOURCES],
-    options={"bdist_wheel": {"py_limited_api": "cp311"}},
+    options={"bdist_wheel": {"py_limited_api": "cp311"}, "build_ext": {"parallel": os.cpu_count() or 1}},
 )

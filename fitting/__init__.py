@@ -1,1 +1,1 @@
-"""Geometry and estimation: five primitives, their refinement, and the pipeline that recognises one."""
+"""Geometry and estimation: five primitives, their refinement, and the pipeline that recognizes one."""

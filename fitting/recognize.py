@@ -1,4 +1,4 @@
-"""The pipeline: check, normalise, rank, and for each kind guess, refine, weigh, until none can overtake."""
+"""The pipeline: check, normalize, rank, and for each kind guess, refine, weigh, until none can overtake."""
 
 from collections.abc import Callable, Mapping
 
@@ -103,7 +103,7 @@ def _check_count(trials: Mapping[str, Trial], config: Config) -> None:
 def _rank(cloud: Cloud, classifier: Classifier) -> tuple[Mapping[str, float], RoughFits]:
     """Probabilities of all kinds, and rough surfaces of some.
 
-    Kinds that the classifier has not learnt have an equal share each.
+    Kinds that the classifier has not learned have an equal share each.
     """
     seen = cloud.working[cloud.sample[: len(cloud.normals)]], cloud.normals
     rough: RoughFits = _nothing

@@ -46,7 +46,7 @@ cdef void axes_of(const double[:, ::1] vectors, double *values, double *axes) no
 
 
 def radii(const double[:, ::1] points, const double[::1] center):
-    """Points (N, 3) relative to a centre, and their distances from it (N,)."""
+    """Points (N, 3) relative to a center, and their distances from it (N,)."""
     cdef Py_ssize_t i
     cdef int axis
     relative, distances = np.empty((points.shape[0], 3)), np.empty(points.shape[0])
@@ -60,9 +60,9 @@ def radii(const double[:, ::1] points, const double[::1] center):
 
 
 def chosen(const double[:, ::1] points, const double[:, ::1] normals, const Py_ssize_t[::1] order, Py_ssize_t most):
-    """At most so many of the points (N, 3), evenly over their order (N,), centred, in rms radii; and their normals.
+    """At most so many of the points (N, 3), evenly over their order (N,), centerd, in rms radii; and their normals.
 
-    With the centre (3,) and the rms radius that they had.
+    With the center (3,) and the rms radius that they had.
     """
     cdef Py_ssize_t i, place, n = order.shape[0], count = min(n, most)
     cdef double squares = 0.0

@@ -73,7 +73,7 @@ def representatives(points: Array, normals: Array) -> tuple[Array, Array]:
 
 
 def _representatives(points: Array, normals: Array) -> tuple[Array, Array, Array, float]:
-    """With the centre (3,) and the rms radius that they had."""
+    """With the center (3,) and the rms radius that they had."""
     points, normals = (np.ascontiguousarray(each, np.float64) for each in (points, normals))
     centroid = np.sort(points, axis=0).mean(axis=0)
     centered, radius = _features.radii(points, centroid)

@@ -1,4 +1,4 @@
-"""Nearest neighbours among labelled clouds, in the plane of features that separates the kinds best."""
+"""Nearest neighbors among labeled clouds, in the plane of features that separates the kinds best."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ NEIGHBOURS = 25
 SMOOTHING = 0.05
 """Votes that every kind starts with, so that none is ever impossible."""
 CLIP = 4.0
-"""Standardised features are held within this many standard deviations."""
+"""Standardized features are held within this many standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Embedding:
     Attributes
     ----------
     mean, scale : (N_FEATURES,) of the features
-    projection : (N_FEATURES, D), applied to the clipped, standardised features
+    projection : (N_FEATURES, D), applied to the clipped, standardized features
     """
 
     mean: Array
@@ -40,7 +40,7 @@ class Embedding:
 
 
 class KnnClassifier(FeatureClassifier):
-    """k nearest neighbours; `sha256` names the weights.
+    """k nearest neighbors; `sha256` names the weights.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class KnnClassifier(FeatureClassifier):
         )
         self.labels = arrays["labels"].astype(np.int64)
         self.coordinates = np.ascontiguousarray(arrays["references"].T, np.float64)
-        self.neighbours = min(NEIGHBOURS, len(self.labels))
+        self.neighbors = min(NEIGHBOURS, len(self.labels))
         if self.embedding.projection.shape[0] != N_FEATURES:
             raise ValueError(f"a projection of {N_FEATURES} features is needed")
 
@@ -76,4 +76,4 @@ class KnnClassifier(FeatureClassifier):
         squares = np.zeros(len(self.labels))
         for coordinate, value in zip(self.coordinates, point, strict=True):
             squares += (coordinate - value) ** 2
-        return np.argpartition(squares, self.neighbours - 1)[: self.neighbours]
+        return np.argpartition(squares, self.neighbors - 1)[: self.neighbors]

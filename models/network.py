@@ -14,7 +14,7 @@ from .rough import KINDS
 Array = NDArray[np.float64]
 
 CLIP = 5.0
-"""Standardised features are held within this many standard deviations."""
+"""Standardized features are held within this many standard deviations."""
 LEAST = 1e-4
 """Probability that no kind falls below: none is ever impossible."""
 

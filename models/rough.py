@@ -25,7 +25,7 @@ from . import _features
 Array = NDArray[np.float64]
 
 KINDS = ("plane", "sphere", "cylinder", "cone", "torus")
-"""That the features tell apart, and classifiers have learnt; another one makes other features."""
+"""That the features tell apart, and classifiers have learned; another one makes other features."""
 
 STARTING_POINTS = 96
 """Points that starts are solved for on ..."""
@@ -85,7 +85,7 @@ def rough_fits(points: Array, normals: Array, line: RevolutionAxis) -> tuple[Arr
 
 @dataclass(frozen=True, eq=False)
 class RoughFits:
-    """A rough surface of each kind, as rows (5, 9) relative to a centre, over the rms radius of a cloud."""
+    """A rough surface of each kind, as rows (5, 9) relative to a center, over the rms radius of a cloud."""
 
     rows: Array
     center: Array
@@ -104,7 +104,7 @@ def rough_features(points: Array, normals: Array) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    points : (N, 3), centred, with rms radius 1
+    points : (N, 3), centerd, with rms radius 1
     normals : (N, 3), signs arbitrary
 
     Returns

@@ -73,7 +73,7 @@ def check(answer: dict[str, Any]) -> None:
     interval = answer["uncertainty"]["intervals"]["first_radius"]
     assert interval["low"] < 5.0 < interval["high"]
     (attempt,) = (each for each in answer["attempts"] if each["kind"] == "ellipsoid")
-    assert attempt["probability"] == pytest.approx(1.0 / 6.0), "the classifiers have not learnt it"
+    assert attempt["probability"] == pytest.approx(1.0 / 6.0), "the classifiers have not learned it"
 
 
 def test_over_http(service: Service, cloud: Path) -> None:
@@ -92,7 +92,7 @@ def test_on_the_command_line(copy: Path, cloud: Path) -> None:
 
 def test_into_a_step_file(copy: Path, cloud: Path, tmp_path: Path) -> None:
     file = tmp_path / "ellipsoid.step"
-    command = [sys.executable, "-m", "primfit", "fit", "--step", str(file), str(cloud)]
+    command = [sys.executable, "-m", "primfit", "fit", "--unit", "mm", "--step", str(file), str(cloud)]
     subprocess.run(command, capture_output=True, check=True, cwd=copy)
     text = file.read_text()
     assert text.count("RATIONAL_B_SPLINE_SURFACE") == 1 and "CLOSED_SHELL" in text

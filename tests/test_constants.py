@@ -4,7 +4,7 @@ import pytest
 
 from docs.constants import FILES, PAGE, ROOT, constants_of, numbers, numbers_of, renewed
 
-NUMBERS = 20
+NUMBERS = 21
 """In the noise model and the verdict today. Lower it when some go; a new one needs its reason beside it."""
 
 

@@ -66,7 +66,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
 
 
 @pytest.mark.slow
-def test_wheel_holds_code_weights_examples_and_licence(wheel: zipfile.ZipFile) -> None:
+def test_wheel_holds_code_weights_examples_and_license(wheel: zipfile.ZipFile) -> None:
     names = set(wheel.namelist())
     for file in [*(ROOT / "models" / "weights").glob("*.*"), *(ROOT / "app" / "examples").iterdir()]:
         assert f"primfit/{file.relative_to(ROOT)}" in names

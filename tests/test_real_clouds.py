@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.mark.parametrize("classifier", ["knn", "none"])
-def test_real_clouds_are_recognised_exactly(classifier: str) -> None:
+def test_real_clouds_are_recognized_exactly(classifier: str) -> None:
     errors = []
     for case in shrec22_cases(DATA):
         answer = fit(case.points, classifier=classifier)
@@ -29,7 +29,7 @@ def test_real_clouds_are_recognised_exactly(classifier: str) -> None:
     assert np.quantile(errors, 0.75) <= 1e-10
 
 
-def test_every_artefact_of_every_real_cloud_is_made() -> None:
+def test_every_artifact_of_every_real_cloud_is_made() -> None:
     for case in shrec22_cases(DATA):
         files = export(fit(case.points), list(FORMATS), case.points)
         assert files.keys() == FORMATS.keys()

@@ -58,7 +58,7 @@ def answer_file(name: str, options: Mapping[str, Any]) -> Answer:
 def fit_file(
     name: str, options: Mapping[str, Any], formats: Collection[str] = ()
 ) -> "tuple[Fitted, dict[str, Any]] | Problem":
-    """What was recognised in a file and the body of `POST /fit` for it, or what is wrong with it.
+    """What was recognized in a file and the body of `POST /fit` for it, or what is wrong with it.
 
     It is not fitted where the options leave out what one of the `formats` of exports needs.
     """

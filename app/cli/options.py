@@ -1,5 +1,6 @@
 """The options of a fit on the command line, which several commands take."""
 
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated, Any
 
@@ -13,6 +14,19 @@ from .status import BAD_INPUT, complain
 
 # Options that are lists or objects, and the flags that are repeated for them.
 FLAGS = {"kinds": "kind", "constraints": "constraint"}
+PLAIN = (
+    "classifier",
+    "criterion",
+    "max_error",
+    "tolerance",
+    "seed",
+    "form_tolerance",
+    "columns",
+    "missing",
+    "unit",
+)
+OBJECTS = ("initial_guess", "nominal")
+"""Options that go on as they are, and those in JSON."""
 
 # Typer takes lists of an enum, not of a Literal.
 Kind = StrEnum("Kind", [(kind, kind) for kind in names.KINDS])  # type: ignore[misc]
@@ -120,41 +134,23 @@ Unit = Annotated[
 Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", show_default=str(names.SEED))]
 
 
-def checked(
-    kind: list[Kind] | None,
-    classifier: str | None,
-    criterion: str | None,
-    max_error: float | None,
-    tolerance: float | None,
-    seed: int | None,
-    constraint: list[str] | None,
-    initial_guess: str | None,
-    include: list[Part] | None,
-    nominal: str | None,
-    form_tolerance: float | None,
-    columns: str | None,
-    missing: str | None,
-    unit: str | None,
-) -> dict[str, Any]:
-    """The options that were given, as the engine takes them, checked before the first file is read."""
+def checked(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of a fit, as the engine takes them, out of all that a command was given.
+
+    They are checked before the first file is read.
+    """
     from ..engine.fit import config_of
     from .constraint_flags import parse_constraints
 
-    given: dict[str, Any] = {"classifier": classifier, "criterion": criterion, "max_error": max_error}
-    given |= {"tolerance": tolerance, "seed": seed, "columns": columns, "missing": missing, "unit": unit}
-    given["form_tolerance"] = form_tolerance
-    options = {name: value for name, value in given.items() if value is not None}
-    if kind:
-        options["kinds"] = list(map(str, kind))
+    options = {name: given[name] for name in PLAIN if given[name] is not None}
+    if given["kind"]:
+        options["kinds"] = list(map(str, given["kind"]))
     try:
-        if constraint:
-            options["constraints"] = parse_constraints(constraint)
-        if initial_guess is not None:
-            options["initial_guess"] = _json(initial_guess)
-        if nominal is not None:
-            options["nominal"] = _json(nominal)
-        if include:
-            options["include"] = _parts(list(map(str, include)))
+        if given["constraint"]:
+            options["constraints"] = parse_constraints(given["constraint"])
+        options |= {name: _json(given[name]) for name in OBJECTS if given[name] is not None}
+        if given["include"]:
+            options["include"] = _parts(list(map(str, given["include"])))
         config_of(**options)
     except InvalidOptionError as error:
         option = error.field.partition(".")[0]

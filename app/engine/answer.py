@@ -34,7 +34,7 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
 
 
 def answered(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any]]:
-    """Fit a cloud as it was read, with checked options: what was recognised, and the answer."""
+    """Fit a cloud as it was read, with checked options: what was recognized, and the answer."""
     cloud = prepared(cloud, options)
     recognition = fit_cloud(cloud, options)
     return recognition, answer(recognition, cloud, options)

@@ -1,4 +1,4 @@
-"""The fit as an estimator of scikit-learn: a primitive is learnt from a cloud, points are held to it."""
+"""The fit as an estimator of scikit-learn: a primitive is learned from a cloud, points are held to it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Self

@@ -1,4 +1,4 @@
-"""Signed values as colours: from blue over nearly white to red, which people of any colour vision tell apart.
+"""Signed values as colors: from blue over nearly white to red, which people of any color vision tell apart.
 
 Source: the 11 classes of "RdBu" of ColorBrewer (Harrower and Brewer, "ColorBrewer.org", The Cartographic
 Journal 40, 2003), reversed, with straight lines between them in sRGB.
@@ -14,17 +14,17 @@ _CLASSES = "053061 2166ac 4393c3 92c5de d1e5f0 f7f7f7 fddbc7 f4a582 d6604d b2182
 _ANCHORS = np.array([list(bytes.fromhex(color)) for color in _CLASSES.split()], np.float64)
 
 SATURATED = 99.0
-"""Per cent of the inliers whose colours are not those of the ends."""
+"""Per cent of the inliers whose colors are not those of the ends."""
 
 
 def color_limit(residuals: Residuals) -> float:
-    """Magnitude of the residual at which the colours end, and beyond which they stay the same [length]."""
+    """Magnitude of the residual at which the colors end, and beyond which they stay the same [length]."""
     inlying = np.abs(residuals.distance[residuals.inlier])
     return float(np.percentile(inlying, SATURATED)) or float(inlying.max()) if len(inlying) else 0.0
 
 
 def diverging(values: Array, limit: float) -> NDArray[np.uint8]:
-    """Colours (N, 3) in sRGB of values (N,): blue at -limit, nearly white at 0, red at limit."""
+    """Colors (N, 3) in sRGB of values (N,): blue at -limit, nearly white at 0, red at limit."""
     share = values / limit if limit > 0.0 else np.zeros_like(values)
     place = (np.clip(share, -1.0, 1.0) + 1.0) / 2.0 * (len(_ANCHORS) - 1)
     known = np.arange(len(_ANCHORS))

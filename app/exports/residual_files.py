@@ -41,7 +41,7 @@ def residuals_csv(fitted: Fitted, options: ExportOptions) -> bytes:
 
 
 def residuals_ply(fitted: Fitted, options: ExportOptions) -> bytes:
-    """Binary PLY: coordinates and residuals in float64, and the residuals as colours."""
+    """Binary PLY: coordinates and residuals in float64, and the residuals as colors."""
     points, residuals = fitted.points, fitted.residuals
     limit = color_limit(residuals)
     properties = [

@@ -13,7 +13,7 @@ class Format:
     ----------
     name : as `receipt.format` has it
     how : what is read of it
-    extensions, media_types : how its files are labelled
+    extensions, media_types : how its files are labeled
     unit : of its coordinates, where the format has one; the others may hold any
     """
 

@@ -11,7 +11,7 @@ from .errors import InvalidPointsError
 DROPPED = NOT_FINITE, ZERO = "not_finite", "zero"
 """Why points are missing."""
 
-_WORDS = {NOT_FINITE: "with coordinates that are not finite", ZERO: "at exactly (0, 0, 0)"}
+_WORDS = {NOT_FINITE: "with coordinates that are not finite", ZERO: "exactly at (0, 0, 0)"}
 
 
 def without_missing(cloud: Cloud, missing: str = "drop") -> Cloud:

@@ -80,8 +80,7 @@ def look(text: bytes, pick: Pick) -> Layout:
     ragged = False
     if names is None:
         names = _commented_names(head, delimiter, width)
-        # A comment that does not count the cells of a row may say that a list ends it.
-        ragged = names is not None and len(names) != width and delimiter is None
+        ragged = names is not None and delimiter is None and _ends_in_a_list(names, width)
         names = names and (names + [""] * width)[:width]
     if names is None:
         columns = _unnamed([cells_of(line, delimiter) for _, line in rows], delimiter, width, pick)
@@ -206,6 +205,11 @@ def _commented_names(head: str, delimiter: str | None, width: int) -> list[str] 
             if _names_all(names[:width]) and all(map(_is_column, _up_to_z(names))):
                 return names
     return None
+
+
+def _ends_in_a_list(names: Sequence[str], width: int) -> bool:
+    """Whether rows may hold lists behind their columns: a name says so, or there are more or fewer names."""
+    return len(names) != width or any("[]" in name for name in names)
 
 
 def _split(comment: str, delimiter: str | None) -> Iterator[list[str]]:

@@ -130,7 +130,7 @@ def _fit(job: FitJob) -> Reply:
 
 
 def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any], dict[str, Any]]:
-    """What was recognised, the answer, and what the log and the metrics say of it."""
+    """What was recognized, the answer, and what the log and the metrics say of it."""
     started = perf_counter()
     recognition, content = answered(cloud, options)
     primitive = content["primitive"]

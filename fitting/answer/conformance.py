@@ -1,6 +1,6 @@
 """Whether what was measured is what it should be: form and parameters held against their tolerances.
 
-The rule is that of ISO 14253-1: a deviation conforms if its whole 95 % interval lies within the tolerance,
+The rule is that of ISO 14253-1: a deviation conforms if its whole 95% interval lies within the tolerance,
 and does not if the interval lies outside; in between nothing is proven.
 """
 

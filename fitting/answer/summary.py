@@ -28,7 +28,7 @@ VERDICTS = {
 OTHER_SHAPE = "another shape than asked for"
 
 _LABEL_WIDTH = 17
-_COLUMN = 15
+_COLUMN = 17
 _FEWEST, _MOST = 9, 17
 """Digits of a coordinate."""
 
@@ -164,7 +164,7 @@ def sections(answer: Answer) -> list[list[Row]]:
         groups.append(_error(answer["error"], answer["noise"], unit))
     groups += [list(_alternative(other, answer)) for other in answer["alternatives"]]
     effects = answer["active_constraints"].items()
-    groups.append(_labelled("constraints", [f"{worded(name)}: {effect}" for name, effect in effects]))
+    groups.append(_labeled("constraints", [f"{worded(name)}: {effect}" for name, effect in effects]))
     return [group for group in groups if group]
 
 
@@ -241,7 +241,7 @@ def _alternative(other: Answer, answer: Answer) -> Iterator[Row]:
     )
 
 
-def _labelled(label: str, texts: list[str]) -> list[Row]:
+def _labeled(label: str, texts: list[str]) -> list[Row]:
     return [("" if i else label, text) for i, text in enumerate(texts)]
 
 

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Halves of halves of a cloud: its pieces, and a tree that finds neighbours."""
+"""Halves of halves of a cloud: its pieces, and a tree that finds neighbors."""
 
 from libc.math cimport INFINITY, sqrt
 from libc.stdlib cimport free
@@ -327,7 +327,7 @@ def local_planes(
     """
     cdef Py_ssize_t i, n = points.shape[0], m = at.shape[0], pieces = 2 << times
     if times > LEVELS or not 3 <= k <= n or order.shape[0] != n:
-        raise ValueError("there are at least 3 neighbours, and not more than points")
+        raise ValueError("there are at least 3 neighbors, and not more than points")
     normals, scatter, breadth = np.empty((m, 3)), np.empty(m), np.empty(m)
     cdef double[:, ::1] normal = normals
     cdef double[::1] deviation = scatter

@@ -23,7 +23,7 @@ WORKING_POINTS = 20_000
 """Larger clouds are searched and judged on a random sample of this size; noisy ones end on all points."""
 
 SAMPLE_POINTS = 1024
-"""Points whose residuals are compared with those of their neighbours ..."""
+"""Points whose residuals are compared with those of their neighbors ..."""
 
 NORMAL_POINTS = 512
 """... and those of them that get normals: the classifier sees these, starts are derived from the first."""
@@ -46,7 +46,7 @@ FLAT = 1e-10
 
 @dataclass(frozen=True)
 class Cloud:
-    """A cloud in its normalised frame.
+    """A cloud in its normalized frame.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Cloud:
         weights
     sample : (S,) indices into `working`, in random order
     normals : (L, 3) unit normals at the first L of them
-    flattest : (L // 2,) indices into `sample` of the half of them whose neighbours scatter least about local
+    flattest : (L // 2,) indices into `sample` of the half of them whose neighbors scatter least about local
         planes: few outliers are among them
     local_noise : median of that scatter among those
     tolerance : size of the rounding of the coordinates
@@ -108,7 +108,7 @@ class Cloud:
         standard_deviations: object = None,
         unit: str | None = None,
     ) -> Self:
-        """Check, normalise, sample; raises `InvalidPointCloudError` for what cannot be a cloud.
+        """Check, normalize, sample; raises `InvalidPointCloudError` for what cannot be a cloud.
 
         `unit` is the name of the unit of the points, for words.
         """

@@ -10,12 +10,12 @@ NEIGHBOURS = 16
 
 
 def estimate_normals(points: Array, k: int = NEIGHBOURS, at: Array | None = None) -> Array:
-    """Normals from the plane through the `k` nearest neighbours; their sign is arbitrary.
+    """Normals from the plane through the `k` nearest neighbors; their sign is arbitrary.
 
     Parameters
     ----------
     points : (N, 3) cloud
-    k : neighbours used, the point itself included; fewer where the cloud is smaller
+    k : neighbors used, the point itself included; fewer where the cloud is smaller
     at : (M, 3) places to estimate at; the points themselves by default
 
     Returns
@@ -28,11 +28,11 @@ def estimate_normals(points: Array, k: int = NEIGHBOURS, at: Array | None = None
 
 
 def local_planes(points: Array, halved: Halved, at: Array, k: int = NEIGHBOURS) -> tuple[Array, Array, Array]:
-    """Normals (M, 3) as `estimate_normals`, and how neighbours scatter: about their planes, (M,), and along
+    """Normals (M, 3) as `estimate_normals`, and how neighbors scatter: about their planes, (M,), and along
     those in the narrower direction, (M,).
 
     They are standard deviations. That about the plane is unbiased for independent noise on a flat surface;
-    curvature adds to it, and correlation of the noise takes from it. Of neighbours that are as far, the
+    curvature adds to it, and correlation of the noise takes from it. Of neighbors that are as far, the
     earlier ones count.
     """
     k = min(k, len(points))

@@ -23,9 +23,9 @@ def canonical_order(points: Array, keys: np.ndarray) -> np.ndarray:
 
 
 def distance_keys(points: Array, box: Array) -> np.ndarray:
-    """Squared distances of points (N, 3) from two centres that move with the cloud, in one number (N,).
+    """Squared distances of points (N, 3) from two centers that move with the cloud, in one number (N,).
 
-    The centres are the centroid and, beside it, the mean of the offsets from it weighted by their squares.
+    The centers are the centroid and, beside it, the mean of the offsets from it weighted by their squares.
     The first is in the upper 32 bits and the second in the lower, in units of `RESOLVED` times the largest of
     the first. The box (2, 3) is the one around the points.
     """
@@ -35,7 +35,7 @@ def distance_keys(points: Array, box: Array) -> np.ndarray:
 def _hashed(keys: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """The keys (N,) spread over all 64-bit numbers, another way for each state of `rng`.
 
-    Source: the finaliser of MurmurHash3 (Appleby, 2011), after a multiplication by a random odd number.
+    Source: the finalizer of MurmurHash3 (Appleby, 2011), after a multiplication by a random odd number.
     """
     return _passes.hashed(keys, 2 * int(rng.integers(2**62, dtype=np.uint64)) + 1)
 

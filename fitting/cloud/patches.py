@@ -63,7 +63,7 @@ def _halvings(most: int) -> int:
 
 
 def strips_of(values: Array, most: int = PATCHES) -> np.ndarray:
-    """Number of the strip of each of the values (N,), as many of neighbours each."""
+    """Number of the strip of each of the values (N,), as many of neighbors each."""
     count = min(len(values), most)
     number = np.empty(len(values), np.intp)
     number[np.argsort(values, kind="stable")] = np.arange(len(values)) * count // len(values)

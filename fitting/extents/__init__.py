@@ -1,4 +1,4 @@
-"""Where a recognised primitive begins and ends: one file a kind, of its name."""
+"""Where a recognized primitive begins and ends: one file a kind, of its name."""
 
 import math
 from importlib import import_module

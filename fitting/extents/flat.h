@@ -9,10 +9,10 @@
 #define NEIGHBOURS 6
 #define REACH 3.0
 
-/* Cells about the edge hold so many points on average; of random points 0.1 % of the cells are empty. */
+/* Cells about the edge hold so many points on average; of random points 0.1% of the cells are empty. */
 #define IN_A_CELL 7
 
-/* Points in a cell and its eight neighbours; where there are fewer (63 is usual), they are stray. */
+/* Points in a cell and its eight neighbors; where there are fewer (63 is usual), they are stray. */
 #define FEWEST_AROUND 7
 
 /* Where much of the rectangle is empty the cells are smaller, by this factor at most. */
@@ -225,7 +225,7 @@ typedef struct {
     double mean_spacing;
 } Near;
 
-/* The sum over each cell and its eight neighbours, or the largest; beyond the edge there is 0. */
+/* The sum over each cell and its eight neighbors, or the largest; beyond the edge there is 0. */
 static void around(const Grid *grid, const int32_t *values, int32_t *found, int largest)
 {
     for (ptrdiff_t i = 0; i < grid->rows; i++)

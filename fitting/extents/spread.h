@@ -43,7 +43,7 @@
 #define SPARSE 0.1
 #define MOST_SECTORS 720
 
-/* Cells that points are counted in hold so many on average; of random points 0.7 % of the cells are empty. */
+/* Cells that points are counted in hold so many on average; of random points 0.7% of the cells are empty. */
 #define POINTS_A_CELL 5
 
 /* The bits of a number as an integer of the same order. */

@@ -1,7 +1,7 @@
 """Residuals of a surface as white noise and random fields on it: how likely, and how large is each part?
 
-Noise of sensors is shared by neighbours, and over the whole cloud it is as large as what differs between
-neighbouring kinds; parts bow and bulge by as much. So residuals count as
+Noise of sensors is shared by neighbors, and over the whole cloud it is as large as what differs between
+neighboring kinds; parts bow and bulge by as much. So residuals count as
 
     r = J s + e + f + g
 
@@ -144,7 +144,7 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     """Of residuals with fewer parameters than patches; `least` is the smallest noise of a point.
 
     For each pair of fields the white noise is the most likely one, the parameters take one step of
-    generalised least squares, and Occam's factor is that of a normal prior by which each of them, turned so
+    generalized least squares, and Occam's factor is that of a normal prior by which each of them, turned so
     that it moves the surface by itself, may move it by `PRIOR` extents in the mean square. Two fields are
     looked at together where each alone explains more than white noise; else they explain nothing.
     """

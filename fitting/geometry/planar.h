@@ -162,11 +162,11 @@ static Rectangle rectangle_about(const double *ring, ptrdiff_t n)
 /* A Delaunay triangulation: triangles as corners, counter-clockwise.
 
    Half-edge e runs from corner[e] to that of the half-edge after it in its triangle, e / 3. Its twin is the same edge of
-   the neighbour, -1 on the hull. Of a point on the hull, `ahead` and `behind` are the points beside it there, `edge` the
+   the neighbor, -1 on the hull. Of a point on the hull, `ahead` and `behind` are the points beside it there, `edge` the
    half-edge ahead.
 
    Points are added from left to right; each sees a part of the hull of those before it, is joined with that, and
-   edges are flipped until no circle about a triangle holds the opposite corner of a neighbour (C. L. Lawson, "Software
+   edges are flipped until no circle about a triangle holds the opposite corner of a neighbor (C. L. Lawson, "Software
    for C1 surface interpolation", Mathematical Software III, 1977). On which side of a line a point lies is decided
    exactly, so that what results is a triangulation whatever the points; edges are flipped only where rounding cannot be
    why, so that the flips come to an end. */

@@ -4,10 +4,10 @@
 
    kind      axis           anchor                      numbers[0]    numbers[1]      numbers[2]
    plane     unit normal n  point p
-   sphere    any            centre c                                                  radius r
+   sphere    any            center c                                                  radius r
    cylinder  unit axis a    foot f of the origin on it                                radius r
    cone      unit axis a    foot f of the origin on it  half-angle t                  offset s
-   torus     unit axis a    centre c                                  major radius R  minor radius r
+   torus     unit axis a    center c                                  major radius R  minor radius r
 
    A step has as many components as the kind has degrees of freedom. Where there is an axis or a normal, the first
    two tilt it [rad] towards u and v of its basis: an axis about f or c, a plane about the foot of the origin. Then
@@ -51,7 +51,7 @@ typedef struct {
     void (*settle)(Surface *);
     /* Average over components of a step that a turn of the frame mixes. */
     void (*level)(double *values);
-    /* The P numbers of an answer, in its canonical sign, whose free point is the one closest to a centre (3); unless
+    /* The P numbers of an answer, in its canonical sign, whose free point is the one closest to a center (3); unless
        that pointer is null their derivatives (P, dof) by a step, at the sign of the surface. Returns P. */
     int (*numbers)(const Surface *, const double *center, double *values, double *slopes);
     /* The gradient (3) of the distance at a point from its derivatives by a step there, which are n apart. */

@@ -195,7 +195,7 @@ def tori(
     """For each of 2 K + 1 lines the circle through the profile (rho, h) of points (N, 3) about it, as rows (2 K + 1, 9).
 
     Two lines for each axis (K, 3): one passes where the normal lines meet it,  (n x a) . (x - p) = 0,  the other
-    through the centre of the circle that the points describe when seen along it. The last is given by its direction
+    through the center of the circle that the points describe when seen along it. The last is given by its direction
     and a point. Major radii are at least the smallest.
     """
     cdef Py_ssize_t k, i, n = points.shape[0], count = axes.shape[0]

@@ -41,7 +41,7 @@ static inline void solve_overdetermined(
     }
 }
 
-/* Centre (2,) and radius of the circle through points of a plane, by Kasa's linear fit  x^2 + y^2 = a x + b y + c.
+/* Center (2,) and radius of the circle through points of a plane, by Kasa's linear fit  x^2 + y^2 = a x + b y + c.
 
    Columns are (4, n): x, y and room; the other room is (ROOM, n).
    Source: Kasa, "A circle fitting procedure and its error analysis", IEEE Trans. Instrum. Meas. 25, 1976. */

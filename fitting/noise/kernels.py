@@ -12,12 +12,12 @@ CUTOFF = 6.0
 """Scales beyond which `TUKEY` is constant."""
 
 HUBER_95, TUKEY_95 = 1.345, 4.685
-"""Corner of Huber's kernel and cut-off of Tukey's, in standard deviations, that leave them 95 % of the
+"""Corner of Huber's kernel and cut-off of Tukey's, in standard deviations, that leave them 95% of the
 efficiency of least squares under normal noise. Source: Holland and Welsch, Comm. Statist. A6, 1977."""
 
 
 class Kernel(IntEnum):
-    """What refinement minimises is  sum rho(d / scale);  the numbers are those of `noise/kernels.h`.
+    """What refinement minimizes is  sum rho(d / scale);  the numbers are those of `noise/kernels.h`.
 
     `LEAST_SQUARES`: rho = x^2 / 2. `GEMAN_MCCLURE`: x^2 / 2 / (1 + x^2), redescending and never quite zero,
     the kernel of the annealed search. `TUKEY`: the biweight, rho = 6 (1 - (1 - x^2 / 36)^3), constant beyond

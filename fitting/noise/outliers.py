@@ -27,7 +27,7 @@ class NoiseModel:
 
         `smallest` is the least scale, `width` the range over which outliers are uniform.
         Source: Celeux and Govaert, "A classification EM algorithm", Comput. Stat. Data Anal. 14, 1992, the
-        criterion C2; outliers so modelled in Torr and Zisserman, "MLESAC", CVIU 78, 2000.
+        criterion C2; outliers so modeled in Torr and Zisserman, "MLESAC", CVIU 78, 2000.
         """
         squared = np.sort(distance * distance)
         return cls(*_noise.mixture(squared, _logs(len(squared).bit_length()), smallest, width))

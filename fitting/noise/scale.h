@@ -40,7 +40,7 @@ static inline double core_from(double scale, const double *absolute, ptrdiff_t n
     return scale;
 }
 
-/* From the normalised median on; the scratch is for n numbers. */
+/* From the normalized median on; the scratch is for n numbers. */
 static inline double core_of(
     const double *absolute, ptrdiff_t n, double *scratch, double core, double deviation, double rest)
 {

@@ -21,7 +21,7 @@ CORE_DEVIATION = biweight_deviation(CORE)
 def core_scale(distance: Array) -> float:
     """Standard deviation of the core of absolute distances, shape (N,); outliers hardly reach it.
 
-    From the normalised median absolute distance on, distances x are weighted by (1 - (x / CORE / scale)^2)^2
+    From the normalized median absolute distance on, distances x are weighted by (1 - (x / CORE / scale)^2)^2
     until the scale rests, corrected to be consistent for a normal distribution. It changes smoothly with the
     distances, so what is fitted at this scale does not depend on the way there.
     """

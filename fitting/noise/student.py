@@ -1,4 +1,4 @@
-"""Half a 95 % interval in standard deviations: of a normal distribution, and of Student's t.
+"""Half a 95% interval in standard deviations: of a normal distribution, and of Student's t.
 
 SciPy has the latter, but takes ten times as long to import as a fit takes.
 """
@@ -31,7 +31,7 @@ AT_REST = 1e-15
 
 @lru_cache(1024)
 def half_interval(free: float | None) -> float:
-    """Half a 95 % interval for an estimate of `free` >= 1 degrees of freedom; None for a known deviation."""
+    """Half a 95% interval for an estimate of `free` >= 1 degrees of freedom; None for a known deviation."""
     if free is None:
         return NORMAL
     return _series(free) if free >= MANY else _solved(free)

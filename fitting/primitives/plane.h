@@ -30,7 +30,7 @@ static void plane_step(Surface *s, const double *step)
     tilt(s->axis, u, v, step);
 }
 
-/* With the height h = p . n:  n' = n + t,  p = c - (c . n - h) n,  for a tilt t and the centre c. */
+/* With the height h = p . n:  n' = n + t,  p = c - (c . n - h) n,  for a tilt t and the center c. */
 static int plane_numbers(const Surface *s, const double *center, double *values, double *slopes)
 {
     const double *n = s->axis, height = dot(s->anchor, n) - dot(center, n);

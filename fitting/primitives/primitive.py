@@ -132,7 +132,7 @@ class Primitive(Protocol):
 
     @classmethod
     def initial_guesses(cls, oriented: Oriented, rng: np.random.Generator) -> Array:
-        """Closed-form starts, as rows (K, 9), from a sample in the normalised frame.
+        """Closed-form starts, as rows (K, 9), from a sample in the normalized frame.
 
         Normals help, but poor ones do no harm: starts that need none are always among them.
         """
@@ -165,7 +165,7 @@ class Primitive(Protocol):
         """
         return None
 
-    # -- neighbours, noise and evidence ---------------------------------------------------------------------
+    # -- neighbors, noise and evidence ---------------------------------------------------------------------
 
     def simpler_kinds(self, extent: float) -> tuple[str, ...]:
         """Simpler kinds that this surface nearly is, over a cloud whose rms radius is `extent`."""
@@ -186,6 +186,6 @@ class Primitive(Protocol):
         """Beside its sizes, a sum of its numbers, by weights (P,), that follows a step by a curve.
 
         With the length that tells how strongly: where what is uncertain of the sum is no small share of that,
-        linearised intervals are off. `feet` (N, 3) are the points on it.
+        linearized intervals are off. `feet` (N, 3) are the points on it.
         """
         return None

@@ -1,6 +1,6 @@
-"""The sphere: a centre and a radius.
+"""The sphere: a center and a radius.
 
-Signed distance, with the centre c and the radius r:  d(x) = |x - c| - r.
+Signed distance, with the center c and the radius r:  d(x) = |x - c| - r.
 """
 
 from dataclasses import dataclass

@@ -34,7 +34,7 @@ static void torus_step(Surface *s, const double *step)
     s->numbers[2] = fabs(s->numbers[2] + step[6]);
 }
 
-/* Centre and axis move as the step says, and the radii. */
+/* Center and axis move as the step says, and the radii. */
 static int torus_numbers(const Surface *s, const double *center, double *values, double *slopes)
 {
     double u[3], v[3];

@@ -1,6 +1,6 @@
-"""The torus: a centre, an axis, the radius of the tube's centre circle and the radius of the tube.
+"""The torus: a center, an axis, the radius of the tube's center circle and the radius of the tube.
 
-Signed distance, with the centre c, the unit axis a, h = a . (x - c), rho = distance to the axis, the
+Signed distance, with the center c, the unit axis a, h = a . (x - c), rho = distance to the axis, the
 radii R (major) and r (minor):  d(x) = w - r  with  w = hypot(rho - R, h).
 """
 
@@ -41,7 +41,7 @@ BENT_CYLINDERS = 3
 """So many cylinders are bent for starts of tori."""
 
 LEAST_CURVATURE = 0.01
-"""Bent cylinders start with at least this curvature, over extents: at 0 they have no centre."""
+"""Bent cylinders start with at least this curvature, over extents: at 0 they have no center."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +128,7 @@ class Torus(Primitive):
         """For each candidate axis the circle through the profile (rho, h) of the points (N, 3) about it.
 
         The candidates are two for each direction (K, 3), and the given line, (2 K + 1, 9). One passes where
-        the normal lines meet it,  (n x a) . (x - p) = 0,  the other through the centre of the circle that the
+        the normal lines meet it,  (n x a) . (x - p) = 0,  the other through the center of the circle that the
         points describe when seen along it.
         """
         return _guesses.tori(

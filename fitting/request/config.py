@@ -42,7 +42,7 @@ class Config:
     kinds : kinds that may be answered, without repetition
     criterion : what the parameters minimize.
         `robust`: outliers rejected, exact where the data is exact. `least_squares`: the squares of all
-        distances. `huber`, `tukey`: M-estimators with 95 % of its efficiency under normal noise; outliers
+        distances. `huber`, `tukey`: M-estimators with 95% of its efficiency under normal noise; outliers
         pull by a bounded amount, or not at all. `minimum_zone`: the largest distance.
         `minimum_circumscribed`, `maximum_inscribed`: the radius of a sphere or cylinder with all points
         inside, or its negative with all points outside

@@ -14,15 +14,7 @@ from .values import direction, positive, triple
 
 def guess_of(values: object) -> Primitive:
     """The primitive of `{"kind": "sphere", "center": [x, y, z], "radius": r}`, or `InvalidOptionError`."""
-    if not isinstance(values, Mapping):
-        raise InvalidOptionError(
-            f"initial_guess is {values!r:.40}; a primitive with its kind is needed", "initial_guess"
-        )
-    kind = values.get("kind")
-    if kind not in KINDS:
-        raise InvalidOptionError(
-            f"initial_guess.kind is {kind!r:.40}; allowed are {', '.join(KINDS)}", "initial_guess.kind"
-        )
+    kind, values = kind_of("initial_guess", values)
     names = parameters_of(kind)
     if set(values) != {"kind", *names}:
         raise InvalidOptionError(
@@ -35,6 +27,18 @@ def guess_of(values: object) -> Primitive:
         return PRIMITIVES[kind](**given)
     except ValueError as error:
         raise InvalidOptionError(f"initial_guess is no {kind}: {error}", "initial_guess") from error
+
+
+def kind_of(field: str, values: object) -> tuple[str, Mapping[str, Any]]:
+    """The kind that plain values name, and these; `InvalidOptionError` where it is missing or unknown."""
+    if not isinstance(values, Mapping):
+        raise InvalidOptionError(f"{field} is {values!r:.40}; a primitive with its kind is needed", field)
+    kind = values.get("kind")
+    if kind not in KINDS:
+        raise InvalidOptionError(
+            f"{field}.kind is {kind!r:.40}; allowed are {', '.join(KINDS)}", f"{field}.kind"
+        )
+    return str(kind), values
 
 
 def _value(name: str, value: object) -> Any:

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any, Self
 
 from ..errors import InvalidOptionError
-from ..names import KINDS
 from ..primitives import DIRECTIONS, VECTORS, parameters_of
+from .guess import kind_of
 from .values import LARGEST, Triple, direction, number, positive, triple
 
 
@@ -60,15 +60,7 @@ class Nominal:
         """
         if isinstance(values, Nominal):
             return cls(values.kind, values.targets)
-        if not isinstance(values, Mapping):
-            raise InvalidOptionError(
-                f"nominal is {values!r:.40}; a primitive with its kind is needed", "nominal"
-            )
-        kind = values.get("kind")
-        if kind not in KINDS:
-            raise InvalidOptionError(
-                f"nominal.kind is {kind!r:.40}; allowed are {', '.join(KINDS)}", "nominal.kind"
-            )
+        kind, values = kind_of("nominal", values)
         names = parameters_of(kind)
         for name in values:
             if name != "kind" and name not in names:

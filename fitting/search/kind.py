@@ -24,7 +24,7 @@ from .view import View
 UNEXPLAINED, OUTLYING, SCATTERED = 1.0, 0.02, 0.03
 """The flattest part of the cloud is searched, too, where what is left over is so many times its noise, and
 what a search that outliers have misled leaves: so large a share of them, or so much noise over the extent.
-Neighbours scatter no less about their plane than about the right surface, as curvature adds to it. Noise that
+Neighbors scatter no less about their plane than about the right surface, as curvature adds to it. Noise that
 they share is left over as well, but without outliers."""
 
 LEAST_TURN = 1e-3

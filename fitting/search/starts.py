@@ -30,7 +30,7 @@ WIDTHS = 2.0
 """Scale of the kernel that starts settle under, in medians of the absolute distance."""
 
 RESOLVED = 1e-3
-"""Distances, in the normalised frame, below which one start is not taken for better than another."""
+"""Distances, in the normalized frame, below which one start is not taken for better than another."""
 
 SAME_END = 0.03
 """Starts whose distances differ by less than this, relatively, have come to the same end."""

@@ -212,7 +212,7 @@ def refine(
     int kind, const double[::1] row, const double[:, ::1] points, int kernel, double scale, int max_iterations,
     const double[::1] factors=None, Bounds limits=None
 ):
-    """The row (9,) that minimises  sum rho(d / scale)  near the given one, the cost, and whether it is at rest.
+    """The row (9,) that minimizes  sum rho(d / scale)  near the given one, the cost, and whether it is at rest.
 
     Distances are multiplied by `factors` (N,), where given.
     """

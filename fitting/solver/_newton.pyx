@@ -35,7 +35,7 @@ cdef double[2] DIFFERENCES = [1e-3, 1e-5]
 directions that points determine very weakly. There the second is taken, if the curvature by the first is
 that of no minimum."""
 cdef double UNCURVED = 1e-9
-"""Below this rms distance, in the normalised frame, curvature is neither seen nor needed."""
+"""Below this rms distance, in the normalized frame, curvature is neither seen nor needed."""
 cdef double UNSEEN = 1e-12, UNSEEN_DISTANCE = 1e-15, MOST_UNSEEN = 1e-9
 """Growth that is rounding: of the cost, relatively, and of the distances; they add so much to it at most."""
 cdef double SMALLEST_PIVOT = 1e-12

@@ -98,7 +98,7 @@ cdef bint solve_boxed(
     """The step of `solve` with frozen components 0 and the bounded ones, at most three, in their ranges.
 
     Where the free step leaves the ranges, every combination of active bounds is tried (they are few), and
-    the feasible step with the least damped quadratic model is the answer of this quadratic programme.
+    the feasible step with the least damped quadratic model is the answer of this quadratic program.
     """
     cdef double trial[MOST]
     cdef bint pinned[MOST]

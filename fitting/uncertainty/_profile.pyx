@@ -37,7 +37,7 @@ cdef extern from "primitives/cone.h" nogil:
 cdef int ROUNDS = 24
 cdef double CLOSE = 0.02
 """An end is found when the rise of the cost is this close to what is asked, relatively, and the next step
-moves the number by this share of its linearised half-width at most."""
+moves the number by this share of its linearized half-width at most."""
 cdef double GROWTH = 2.0, OVERSHOOT = 0.5
 """A step may change a size by this factor, and the cost may pass what is asked by this share of the rise."""
 cdef double SHORTEST = 1e-3
@@ -63,7 +63,7 @@ def numbers(int kind, const double[::1] row, const double[::1] center):
     """The numbers (P,) of the surface of a row (9,), and their derivatives (P, dof) by a step.
 
     They are those of an answer, in its canonical sign; the `point` of a plane or a cylinder is the one closest
-    to a centre (3,).
+    to a center (3,).
     """
     cdef Surface surface
     cdef double[MOST_NUMBERS] found
@@ -222,7 +222,7 @@ cdef class Region:
         """The numbers (P,) where their sum with these weights (P,) is least, and where it is largest; None
         for an open end.
 
-        `half` is the half-width of the linearised interval of the sum, and `rise` what the cost may rise by.
+        `half` is the half-width of the linearized interval of the sum, and `rise` what the cost may rise by.
         """
         return self.end(weights, -1.0, half, rise), self.end(weights, 1.0, half, rise)
 

@@ -1,7 +1,7 @@
 """Surfaces by their extreme points: minimum zone, minimum circumscribed, maximum inscribed.
 
-Each of them minimises a largest value,  max_i g_i(surface):  with the signed distance d, and with
-rho = d + radius from the centre or axis,
+Each of them minimizes a largest value,  max_i g_i(surface):  with the signed distance d, and with
+rho = d + radius from the center or axis,
 
 =======================  =========  ===========================
 criterion                g          what is varied
@@ -14,7 +14,7 @@ maximum inscribed        -rho       all but the radius
 Terms as in ISO 14405-1. Source: sequential linear programming with Newton steps on the active points and
 second-order corrections, Fletcher and Sainz de la Maza, "Nonlinear programming and nonsmooth optimization by
 successive linear programming", Mathematical Programming 43, 1989. An answer is a local minimum that a last
-linear programme confirms, or a failure.
+linear program confirms, or a failure.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from ..geometry.vectors import TINY, Array
 from ..primitives import direction_of
 from ..primitives.primitive import Primitive
 from ..solver.refine import bent, linearize_along, stepped
-from .programme import SLACK, Linear, linear_programme
+from .program import SLACK, Linear, linear_program
 
 LARGEST_TURN = 0.11
 """By what angle [rad] the normals of what passes for a plane may turn over its length."""
@@ -38,7 +38,7 @@ STEPS = 80
 """Accepted and refused steps after which a start is given up."""
 
 AT_REST = 1e-15
-"""A step that promises less, in the normalised frame, is not worth taking."""
+"""A step that promises less, in the normalized frame, is not worth taking."""
 
 SMALLEST_REGION = 1e-16
 """At this radius of the trust region nothing can be gained any more."""
@@ -48,7 +48,7 @@ NEARBY, PROVEN = 0.01, 1e-6
 promises to lower that by more than this share."""
 
 ROUNDED, LARGEST_ROUNDING = 64.0, 1e-11
-"""A largest distance of less than so many roundings, if these are less than this in the normalised frame, is
+"""A largest distance of less than so many roundings, if these are less than this in the normalized frame, is
 none. Rounding grows with the numbers of a surface: near a plane, the distances of a sphere drown in it."""
 
 WEAKEST = 1e-11
@@ -67,7 +67,7 @@ DIFFERENCE, LEAST_WIDTH = 1e-3, 1e-7
 """Width of differences for second derivatives, in spreads of the values, and its least, in the frame."""
 
 SMALLEST_SPREAD = 0.01
-"""Centres and axes start with a trust region of at least this share of the extent."""
+"""Centers and axes start with a trust region of at least this share of the extent."""
 
 TRUSTED = 1e-6
 """A Newton step below this that gains nothing is taken for the last one: what it gains drowns in rounding."""
@@ -118,7 +118,7 @@ def minimum_circumscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedF
     """The smallest sphere or cylinder near a start that has all points inside.
 
     For a sphere there is one minimum; for a cylinder the axis is that of a minimum near the start. A start
-    whose centre or axis is far from the points is moved to their centroid.
+    whose center or axis is far from the points is moved to their centroid.
     """
     row = start.row()
     if row[8] > cloud.extent:
@@ -128,7 +128,7 @@ def minimum_circumscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedF
 
 
 def maximum_inscribed(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
-    """The largest sphere or cylinder with all points outside and its centre or axis between them.
+    """The largest sphere or cylinder with all points outside and its center or axis between them.
 
     There may be several maxima: the start, and the start shifted and tilted to either side by as much as its
     distances spread, lead to some of them, and the largest is taken.
@@ -151,7 +151,7 @@ def _surroundings(start: Primitive, cloud: Cloud) -> list[Primitive]:
 
 @dataclass(frozen=True)
 class End:
-    """Where the steps end, and whether the last linear programme proves that to be a minimum."""
+    """Where the steps end, and whether the last linear program proves that to be a minimum."""
 
     primitive: Primitive
     is_proven: bool
@@ -174,7 +174,7 @@ class End:
 
 @dataclass(frozen=True)
 class Place:
-    """A surface on the way, linearised.
+    """A surface on the way, linearized.
 
     Attributes
     ----------
@@ -233,8 +233,8 @@ class Place:
 def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> End:
     """Where the largest value has a local minimum, if that is reached.
 
-    Every step solves the linear programme in a trust region and takes a Newton step on the points that are
-    active there. Where neither gains what was promised, the programme is solved once more with the values
+    Every step solves the linear program in a trust region and takes a Newton step on the points that are
+    active there. Where neither gains what was promised, the program is solved once more with the values
     that the surfaces' curvature brought about, a second-order correction. The step that gains most is taken.
     """
     points, primitive = cloud.points, start
@@ -245,7 +245,7 @@ def _descend(task: Extreme, start: Primitive, cloud: Cloud) -> End:
         place = Place.at(task, primitive, points, values)
         if not np.isfinite(place.slopes).all() or (task is MAXIMUM_INSCRIBED and -place.worst > cloud.extent):
             return End(primitive, False)
-        linear = linear_programme(values, place.slopes, region, candidates)
+        linear = linear_program(values, place.slopes, region, candidates)
         if linear is None:
             return End(primitive, False)
         if linear.promised <= AT_REST or region <= SMALLEST_REGION:
@@ -279,7 +279,7 @@ def _tried(
     ends = [place.followed(step) for step in steps]
     if place.worst - min(float(end[1].max()) for end in ends) <= GOOD * linear.promised:
         seen = ends[-1][1] - place.slopes @ linear.step
-        again = linear_programme(seen, place.slopes, region, linear.candidates)
+        again = linear_program(seen, place.slopes, region, linear.candidates)
         if again is not None:
             steps.append(again.step)
             ends.append(place.followed(again.step))
@@ -287,14 +287,14 @@ def _tried(
 
 
 def _is_minimum(place: Place, candidates: NDArray[np.intp]) -> bool:
-    """Whether the linear programme promises next to nothing any more; see `PROVEN`."""
+    """Whether the linear program promises next to nothing any more; see `PROVEN`."""
     size = abs(place.worst)
     rounding = float(np.finfo(np.float64).eps) * max(1.0, float(np.abs(place.primitive.row()).max()))
     if not place.task.radial and size <= ROUNDED * rounding <= LARGEST_ROUNDING:
         return True
     if rounding > PROVEN * size or not place.is_determined:
         return False
-    linear = linear_programme(place.values, place.slopes, NEARBY * size, candidates)
+    linear = linear_program(place.values, place.slopes, NEARBY * size, candidates)
     return linear is not None and linear.promised <= PROVEN * size
 
 

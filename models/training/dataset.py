@@ -1,4 +1,4 @@
-"""Synthetic clouds as the recognise pipeline shows them to a classifier, turned into features."""
+"""Synthetic clouds as the recognize pipeline shows them to a classifier, turned into features."""
 
 import hashlib
 import os

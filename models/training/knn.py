@@ -29,7 +29,7 @@ LOWEST_CHECK = 0.8
 
 
 def build(data: Dataset) -> dict[str, NDArray[Any]]:
-    """Standardisation, the discriminant projection, and the clouds themselves as references."""
+    """Standardization, the discriminant projection, and the clouds themselves as references."""
     from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
     mean, scale = data.rows.mean(axis=0), data.rows.std(axis=0)
@@ -64,8 +64,8 @@ def train(
         "held_back_seed": seed + 1,
         "seen_points": NORMAL_POINTS,
         "feature_blocks": BLOCKS,
-        "projection": "linear discriminant analysis of the standardised features",
-        "neighbours": NEIGHBOURS,
+        "projection": "linear discriminant analysis of the standardized features",
+        "neighbors": NEIGHBOURS,
         "smoothing": SMOOTHING,
     }
     return save(arrays, "knn", recipe, seed, scores, directory)

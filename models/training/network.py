@@ -36,7 +36,7 @@ LEARNING_RATE = 4e-3
 WEIGHT_DECAY = 2e-2
 DROPOUT = 0.2
 NOISE = 0.1
-"""Standard deviation of the noise that training adds to the standardised features."""
+"""Standard deviation of the noise that training adds to the standardized features."""
 TEMPERATURES = np.geomspace(0.3, 5.0, 200)
 
 Curves = list[dict[str, float]]

@@ -67,7 +67,7 @@ def broken_down(methods: Mapping[str, Scores], by: str, families: Sequence[str] 
 
 
 def draw(curves: Mapping[str, Sequence[Mapping[str, float]]], file: Path) -> None:
-    """Loss and accuracy by epoch, a colour a design."""
+    """Loss and accuracy by epoch, a color a design."""
     import matplotlib
 
     matplotlib.use("Agg")

@@ -99,11 +99,13 @@ def test_a_batch_writes_the_alternatives_too(answered: Recognition, tmp_path: Pa
 def test_a_report_shows_each_alternative_with_its_numbers(recognition: Recognition) -> None:
     page = primfit.export(recognition, "report", cloud_of("cylinder"), unit="mm").decode()
     for other in recognition.alternatives:
-        section = page.partition(f"<h2>Or a {other.primitive.kind}</h2>")[2].partition("</section>")[0]
-        assert "95 % interval" in section and "rms of the inliers" in section
+        section = page.partition(f"<h2>Alternative: {other.primitive.kind}</h2>")[2].partition("</section>")[
+            0
+        ]
+        assert "95% interval" in section and "rms of inliers" in section
         assert f"<h2>Extents of the {other.primitive.kind}</h2>" in page
-    assert page.count("rms of the inliers</th>") == 5
-    assert ">0.4000 over 60.00</td><td>mm</td>" in page
+    assert page.count("rms of inliers</th>") == 5
+    assert ">0.4000 mm over 60.00 mm</td>" in page
     assert '<th class="number" scope="col">evidence</th>' in page
 
 

@@ -154,7 +154,7 @@ def test_the_command_line_refuses_before_any_file_is_read(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("format", ["step", "glb", "obj", "stl", "ply"])
-def test_an_artefact_of_extents_is_refused_before_the_fit(service: Service, format: str) -> None:
+def test_an_artifact_of_extents_is_refused_before_the_fit(service: Service, format: str) -> None:
     def export(content: bytes) -> Any:
         params = {"artifacts": f"csv,{format}", "include": "uncertainty"}
         return service.client.post("/fit/export", content=content, params=params)
@@ -167,15 +167,15 @@ def test_an_artefact_of_extents_is_refused_before_the_fit(service: Service, form
     assert export(b"0,0,0\n1,1,1\n2,2,2\n").json()["errors"][0]["message"] == REFUSED
 
 
-def test_other_artefacts_need_neither_part(service: Service) -> None:
+def test_other_artifacts_need_neither_part(service: Service) -> None:
     params = {"artifacts": "csv,shrec22,residuals_npy,form,report", "include": ""}
     response = service.client.post("/fit/export", content=CSV, params=params)
     assert response.status_code == 200
     with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
         report = archive.read("report.html").decode()
         assert json.loads(archive.read("answer.json"))["receipt"]["options"]["include"] == []
-    assert "Their uncertainty was not asked for." in report
-    assert "where it ends was not asked for" in report
+    assert "The uncertainty was not requested." in report
+    assert "extents were not requested" in report
 
 
 def test_exports_of_the_command_line_and_of_python_are_refused(tmp_path: Path) -> None:
@@ -194,4 +194,4 @@ def test_exports_of_the_command_line_and_of_python_are_refused(tmp_path: Path) -
         primfit.export(recognition, ["csv", "step"], points)
     assert (str(caught.value), caught.value.field) == (REFUSED, "include")
     report = primfit.export(recognition, "report", points, options={"include": ["uncertainty"]}).decode()
-    assert "where it ends was not asked for" in report and "Their uncertainty was not" not in report
+    assert "extents were not requested" in report and "The uncertainty was not" not in report

@@ -144,10 +144,10 @@ def _lengths(answer: dict[str, Any]) -> dict[str, float | None]:
 
 
 def test_lengths_are_in_the_unit_of_the_input() -> None:
-    metres = _wavy(noisy(PRIMITIVES["cylinder"], 600, 0.01))
+    meters = _wavy(noisy(PRIMITIVES["cylinder"], 600, 0.01))
     options: dict[str, Any] = {"kinds": ["cylinder"], "criterion": "least_squares"}
-    small = primfit.fit(metres, tolerance=0.05, **options).to_dict()
-    large = primfit.fit(1000.0 * metres, tolerance=50.0, **options).to_dict()
+    small = primfit.fit(meters, tolerance=0.05, **options).to_dict()
+    large = primfit.fit(1000.0 * meters, tolerance=50.0, **options).to_dict()
     assert small["status"] == large["status"]
     for name, value in _lengths(small).items():
         scaled = _lengths(large)[name]

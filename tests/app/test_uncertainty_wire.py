@@ -38,7 +38,7 @@ def test_the_schema_has_every_field_of_an_answer(tmp_path: Path) -> None:
 
 
 def test_a_terminal_shows_intervals_and_warnings(tmp_path: Path) -> None:
-    text = shown("pipe.csv", answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]}))
+    text = shown("pipe.csv", answer_file(write(tmp_path, 40.0, 0.1), {"kinds": ["cylinder"]})[1])
     assert "with 95% intervals" in text and "across the axis" in text
     assert re.search(r"axis( +\S+){3} *\n +± \S+ degrees", text) and re.search(r"radius +49\.\d+ ± 0\.", text)
     assert "warning" in text and "degrees about the axis" in text

@@ -1,4 +1,4 @@
-"""Least squares to the accuracy of metrology: parts of 1 to 500 mm, anywhere within a metre of the origin.
+"""Least squares to the accuracy of metrology: parts of 1 to 500 mm, anywhere within a meter of the origin.
 
 The reference is the cheapest of many minima that scipy finds, taken to the last digit in long double. What is
 fitted gets nothing but points, kind and criterion.

@@ -98,7 +98,7 @@ def test_answers_move_with_the_cloud(primitive: Primitive) -> None:
 
 
 @examples
-def test_noisy_clouds_are_recognised_with_every_ranking(primitive: Primitive) -> None:
+def test_noisy_clouds_are_recognized_with_every_ranking(primitive: Primitive) -> None:
     points = noisy(primitive, 1500, 0.01, seed=2)
     for classifier in (None, reverse_of(primitive.kind)):
         answer = recognize(points, classifier=classifier)
@@ -364,7 +364,7 @@ def test_a_plane_that_few_points_determine_exactly_has_an_answer() -> None:
 
 @pytest.mark.parametrize("seed", [7, 13, 17, 21])
 def test_half_a_torus_is_found_beside_a_tenth_of_points_anywhere(seed: int) -> None:
-    """Sparse ones, whose neighbours curve by more than the noise: the first search is misled."""
+    """Sparse ones, whose neighbors curve by more than the noise: the first search is misled."""
     rng = np.random.default_rng([7, seed])
     torus = Torus(3.0 * rng.normal(size=3), rng.normal(size=3), 1.0, 0.7)
     points = torus.surface(rng.uniform(0.0, np.pi, 100), rng.uniform(0.0, 2.0 * np.pi, 100))

@@ -77,7 +77,7 @@ def test_pose_scale_and_order_leave_the_probabilities(knn, index):
     assert knn.rank(points[order], normals[order]) == before
     rotation = rotation_about_axes(rng.uniform(0, 2 * np.pi, 3))
     after = knn.rank(20.0 * (points @ rotation.T + rng.normal(0, 3, 3)), normals @ rotation.T)
-    # Grid clouds have ties that rounding breaks anew, so a few neighbours of 25 may change.
+    # Grid clouds have ties that rounding breaks anew, so a few neighbors of 25 may change.
     assert max(abs(after[kind] - before[kind]) for kind in KINDS) <= 0.2
     assert max(after, key=after.get) == max(before, key=before.get)
 
@@ -85,7 +85,7 @@ def test_pose_scale_and_order_leave_the_probabilities(knn, index):
 def test_the_votes_are_those_of_the_nearest_references(knn, fresh):
     arrays = load("knn")[0]
     tree = KDTree(arrays["references"].astype(float))
-    nearest = tree.query(knn.embedding(fresh.rows), k=knn.neighbours, return_distance=False)
+    nearest = tree.query(knn.embedding(fresh.rows), k=knn.neighbors, return_distance=False)
     votes = np.array([np.bincount(knn.labels[each], minlength=len(KINDS)) for each in nearest]) + SMOOTHING
     assert knn.probabilities(fresh.rows) == pytest.approx(votes / votes.sum(axis=1, keepdims=True), abs=1e-15)
 

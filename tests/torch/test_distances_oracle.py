@@ -1,8 +1,8 @@
 """An independent oracle: each signed distance written again in torch, with the Jacobian from autograd.
 
 The formulas here are not those of `fitting.primitives`: distances to an axis come from cross products, the
-cone from the closest point of its profile ray, the torus from the closest point of its centre circle, and an
-axis is tilted by adding to it and normalising, which has the same derivative at zero as turning it.
+cone from the closest point of its profile ray, the torus from the closest point of its center circle, and an
+axis is tilted by adding to it and normalizing, which has the same derivative at zero as turning it.
 """
 
 from collections.abc import Callable
@@ -162,7 +162,7 @@ def test_jacobian(kind: str, tensor: Callable[[Any], Tensor]) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_steps_move_along_the_jacobian(kind: str, tensor: Callable[[Any], Tensor]) -> None:
-    """A finite step, taken by both: turning and normalising differ in second order only."""
+    """A finite step, taken by both: turning and normalizing differ in second order only."""
     rng = np.random.default_rng(9)
     points = rng.normal(scale=3.0, size=(100, 3))
     for primitive in _examples(kind):

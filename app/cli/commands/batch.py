@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 def batch(
+    context: typer.Context,
     inputs: Annotated[
         list[str],
         typer.Argument(metavar="INPUT...", help="Files, and folders searched for clouds by their suffix."),
@@ -68,22 +69,7 @@ def batch(
     from ..gathered import Gathered
     from ..plan import SUFFIXES, CollisionError, plan
 
-    options = of.checked(
-        kind,
-        classifier,
-        criterion,
-        max_error,
-        tolerance,
-        seed,
-        constraint,
-        initial_guess,
-        include,
-        nominal,
-        form_tolerance,
-        columns,
-        missing,
-        unit,
-    )
+    options = of.checked(context.params)
     try:
         planned = plan(inputs, out, format, labels)
     except CollisionError as error:

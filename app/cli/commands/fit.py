@@ -29,6 +29,7 @@ def _file(contents: str) -> Any:
 
 
 def fit(
+    context: typer.Context,
     files: Annotated[
         list[str],
         typer.Argument(
@@ -99,22 +100,7 @@ def fit(
     """
     from ..artifacts import Artifacts
 
-    options = of.checked(
-        kind,
-        classifier,
-        criterion,
-        max_error,
-        tolerance,
-        seed,
-        constraint,
-        initial_guess,
-        include,
-        nominal,
-        form_tolerance,
-        columns,
-        missing,
-        unit,
-    )
+    options = of.checked(context.params)
     exports = {"step": step, "glb": glb, "obj": obj, "stl": stl, "ply": ply_mesh, "csv": csv_row}
     exports |= {"shrec22": shrec22, "residuals_npy": residuals_npy, "residuals_csv": residuals_csv}
     exports |= {
@@ -162,7 +148,7 @@ def _statuses(
 def _answers(
     files: list[str], options: dict[str, Any], labels: str | None, formats: tuple[str, ...]
 ) -> Iterator[tuple[str, Any, Any]]:
-    """What to call each answer, its item where there are segments, and what was recognised or a problem."""
+    """What to call each answer, its item where there are segments, and what was recognized or a problem."""
     from ...engine.items import Item
     from ...engine.names import Ids, base_name
     from ...engine.team import Team

@@ -12,7 +12,7 @@ from ..colors import diverging
 from .markup import Markup, element, joined
 
 LEVELS = 31
-"""Colours that residuals are drawn in."""
+"""Colors that residuals are drawn in."""
 
 FEW = 1200
 """From so many points on dots are as small as they get."""
@@ -52,7 +52,7 @@ def line_path(points: Array, closed: bool = False) -> str:
 
 
 def colored(values: Array, limit: float) -> tuple[NDArray[np.intp], list[str]]:
-    """Which of `LEVELS` colours each value (N,) has, and the colours."""
+    """Which of `LEVELS` colors each value (N,) has, and the colors."""
     share = np.clip(values / limit, -1.0, 1.0) if limit > 0.0 else np.zeros(len(values))
     level = np.rint((share + 1.0) / 2.0 * (LEVELS - 1)).astype(np.intp)
     return level, [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in diverging(np.linspace(-1.0, 1.0, LEVELS), 1.0)]
@@ -61,7 +61,7 @@ def colored(values: Array, limit: float) -> tuple[NDArray[np.intp], list[str]]:
 def dots(places: Array, level: NDArray[np.intp], colors: list[str], size: int) -> Markup:
     """Round dots at places (N, 2), with a ring each so that all of them are seen on any ground.
 
-    Colours in which no dot is are left out.
+    Colors in which no dot is are left out.
     """
     if not len(places):
         return Markup("")
@@ -91,7 +91,7 @@ def beyond(places: Array, size: int) -> Markup:
 
 
 def color_bar(x: int, y: int, width: int, height: int) -> Markup:
-    """The colours from left to right."""
+    """The colors from left to right."""
     colors = colored(np.zeros(1), 1.0)[1]
     edges = np.rint(np.linspace(x, x + width, LEVELS + 1)).astype(int).tolist()
     return joined(

@@ -30,7 +30,7 @@ CELLS = 110
 
 LIGHT = np.array([-0.35, 0.55, 0.76])
 OUTSIDE, INSIDE = ((150, 166, 186), (88, 104, 126)), ((168, 150, 132), (104, 90, 78))
-"""Colours in the light and in the shade, of either side of the surface."""
+"""Colors in the light and in the shade, of either side of the surface."""
 
 ARM, BEYOND_ARM = 130.0, 75.0
 """Length of the axes of the coordinates, and how far beyond their ends their names are."""

@@ -37,8 +37,8 @@ def step(fitted: Fitted, options: ExportOptions) -> bytes:
     file = File()
     kind, status = fitted.primitive.kind, fitted.recognition.status
     name = kind if status == "fitted" else f"{kind} ({status})"
-    unit = known_unit(options.unit)
-    product(file, application(file), name, shell_of(file, fitted), fitted.extents.area, unit)
+    extents, unit = fitted.extents, known_unit(options.unit)
+    product(file, application(file), name, shell_of(file, fitted), extents.area, unit)
     return file.text(name).encode("ascii")
 
 

@@ -1,4 +1,4 @@
-"""A sphere in STEP; its meridians are circles about the centre."""
+"""A sphere in STEP; its meridians are circles about the center."""
 
 from primfit.fitting.geometry.vectors import cross
 from primfit.fitting.primitives.sphere import Sphere

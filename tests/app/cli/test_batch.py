@@ -256,7 +256,7 @@ def _under_way(folder: Path, workers: int) -> "subprocess.Popen[str]":
 
 @pytest.fixture(scope="module")
 def scan(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a labelled scan, of which one segment is too small, and a cloud without labels."""
+    """A folder with a labeled scan, of which one segment is too small, and a cloud without labels."""
     folder = tmp_path_factory.mktemp("scan")
     rng = np.random.default_rng(5)
     sphere = Sphere(np.array([1.0, 2.0, 3.0]), 0.5).surface(rng.uniform(0, 3, 300), rng.uniform(0, 3, 300))

@@ -123,9 +123,9 @@ def test_it_stands_in_searches_and_pipelines() -> None:
     search = GridSearchCV(PrimitiveFitter(criterion="least_squares"), {"kinds": kinds}, cv=3).fit(CYLINDER)
     assert search.best_params_ == {"kinds": ["cylinder"]}
     np.testing.assert_allclose(cross_val_score(PrimitiveFitter(), CYLINDER, cv=3), -0.008, atol=2e-3)
-    in_metres = make_pipeline(FunctionTransformer(lambda points: points / 1000.0), PrimitiveFitter())
-    assert in_metres.fit(CYLINDER)[-1].primitive_.radius == pytest.approx(0.0008, rel=0.01)
-    assert (in_metres.predict(CYLINDER) == 1).all()
+    in_meters = make_pipeline(FunctionTransformer(lambda points: points / 1000.0), PrimitiveFitter())
+    assert in_meters.fit(CYLINDER)[-1].primitive_.radius == pytest.approx(0.0008, rel=0.01)
+    assert (in_meters.predict(CYLINDER) == 1).all()
 
 
 def test_a_cloud_of_which_nothing_could_be_made_raises() -> None:

@@ -27,7 +27,7 @@ def _export(service: Any, content: bytes, media_type: str, **params: object) -> 
     return service.client.post("/fit/export", content=content, headers=headers, params=params)
 
 
-def test_a_zip_holds_the_answer_and_the_artefacts(service: Any) -> None:
+def test_a_zip_holds_the_answer_and_the_artifacts(service: Any) -> None:
     plain = service.post(CSV.read_bytes(), "text/csv", unit="m")
     response = _export(service, CSV.read_bytes(), "text/csv", artifacts=",".join(FORMATS), unit="m")
     assert response.status_code == 200, response.text
@@ -60,7 +60,7 @@ def test_a_zip_holds_the_answer_and_the_artefacts(service: Any) -> None:
         ({"unit": "m"}, "artifacts"),
     ],
 )
-def test_bad_artefacts_are_named(service: Any, query: dict[str, Any], field: str) -> None:
+def test_bad_artifacts_are_named(service: Any, query: dict[str, Any], field: str) -> None:
     response = _export(service, CSV.read_bytes(), "text/csv", **query)
     assert response.status_code == 422
     assert response.json()["type"] == "urn:primfit:problem:invalid-options"

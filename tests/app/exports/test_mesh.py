@@ -11,7 +11,7 @@ import trimesh
 from primfit.app.exports import export
 from primfit.fitting.cloud.frame import Frame
 from primfit.fitting.primitives.sphere import Sphere
-from tests.app.exports.test_step import PIECES, recognised
+from tests.app.exports.test_step import PIECES, recognized
 
 CLOSED = ("full sphere", "full torus")
 
@@ -28,7 +28,7 @@ def _loaded(content: bytes, file_type: str) -> Any:
 @pytest.mark.parametrize("file_type", ["glb", "obj", "stl", "ply"])
 @pytest.mark.parametrize("name", PIECES)
 def test_meshes_are_the_trimmed_shape(name: str, file_type: str) -> None:
-    recognition = recognised(name)
+    recognition = recognized(name)
     content = export(recognition, file_type)
     assert content == export(recognition, file_type)
     mesh = _loaded(content, file_type)
@@ -43,7 +43,7 @@ def test_meshes_are_the_trimmed_shape(name: str, file_type: str) -> None:
 
 
 def test_a_smaller_chord_error_makes_more_triangles() -> None:
-    recognition = recognised("full torus")
+    recognition = recognized("full torus")
     coarse, fine = (_loaded(export(recognition, "ply", chord_error=e), "ply") for e in (1e-2, 1e-4))
     assert len(fine.faces) > 20 * len(coarse.faces)
     assert fine.volume == pytest.approx(2 * np.pi**2 * 20 * 6**2, rel=2e-3)
@@ -54,7 +54,7 @@ def test_a_smaller_chord_error_makes_more_triangles() -> None:
     "frame", [Frame(np.array([6e6, 5e5, 400.0]), 1.0), Frame(np.zeros(3), 1e-9)], ids=["far", "tiny"]
 )
 def test_far_and_tiny_meshes_keep_their_digits(frame: Frame, file_type: str) -> None:
-    here = recognised("full sphere")
+    here = recognized("full sphere")
     assert isinstance(here.primitive, Sphere) and here.extents
     if file_type == "glb" and frame.scale < 1.0:
         frame = Frame(np.zeros(3), 1e-3)  # micrometers, in meters; trimesh takes less than 1e-8 for none
@@ -65,7 +65,7 @@ def test_far_and_tiny_meshes_keep_their_digits(frame: Frame, file_type: str) -> 
 
 
 def test_a_plane_of_any_size_is_triangulated() -> None:
-    here = recognised("plane")
+    here = recognized("plane")
     assert here.primitive and here.extents
     huge = Frame(np.zeros(3), 1e90)
     moved = replace(here, primitive=huge.restore(here.primitive), extents=here.extents.restored(huge))

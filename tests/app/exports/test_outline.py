@@ -29,7 +29,7 @@ def _points(name: str) -> Array:
     return PLANE.surface(40.0 * at[:, 0], 40.0 * at[:, 1])
 
 
-def recognised(name: str) -> Recognition:
+def recognized(name: str) -> Recognition:
     found = recognize(_points(name), Config(kinds=("plane",), unit="mm"))
     assert found.status == "fitted" and found.extents
     return found
@@ -37,7 +37,7 @@ def recognised(name: str) -> Recognition:
 
 @pytest.mark.parametrize("name", ["L", "U", "ring"])
 def test_a_cad_kernel_reads_the_concave_face(name: str, tmp_path: Path) -> None:
-    recognition = recognised(name)
+    recognition = recognized(name)
     face = read_back(export(recognition, "step"), tmp_path)
     from OCP.BRepCheck import BRepCheck_Analyzer
 
@@ -49,14 +49,14 @@ def test_a_cad_kernel_reads_the_concave_face(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("name", "faces", "bounds"), [("ring", 1, 2), ("two pieces", 2, 2)])
 def test_a_face_for_each_piece_and_a_bound_for_each_ring(name: str, faces: int, bounds: int) -> None:
-    text = export(recognised(name), "step").decode("ascii")
+    text = export(recognized(name), "step").decode("ascii")
     assert text.count("=ADVANCED_FACE(") == text.count("=FACE_OUTER_BOUND(") == faces
     assert text.count("=FACE_OUTER_BOUND(") + text.count("=FACE_BOUND(") == bounds
 
 
 @pytest.mark.parametrize("name", ["L", "ring", "two pieces"])
 def test_meshes_keep_the_corners_of_the_outline(name: str) -> None:
-    recognition = recognised(name)
+    recognition = recognized(name)
     mesh = trimesh.load(io.BytesIO(export(recognition, "ply")), file_type="ply", force="mesh", process=False)
     assert recognition.extents and recognition.extents.kind == "plane"
     assert mesh.area == pytest.approx(recognition.extents.concave_area, rel=1e-5)
@@ -67,4 +67,4 @@ def test_meshes_keep_the_corners_of_the_outline(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "said"), [("ring", "1 piece, 1 hole"), ("two pieces", "2 pieces, 0 holes")])
 def test_reports_say_the_pieces_and_the_holes(name: str, said: str) -> None:
-    assert said in export(recognised(name), "report", _points(name)).decode()
+    assert said in export(recognized(name), "report", _points(name)).decode()

@@ -16,7 +16,7 @@ from primfit.app.exports.fitted import fitted_points
 from primfit.app.exports.options import ExportOptions
 from primfit.app.exports.report import html_report, scene_svg
 from primfit.fitting.geometry.vectors import Array
-from tests.app.exports.test_step import PIECES, recognised
+from tests.app.exports.test_step import PIECES, recognized
 
 VOID = ("meta",)
 CSV = Path(__file__).parents[3] / "app" / "examples" / "cylinder.csv"
@@ -75,7 +75,7 @@ def test_many_points_make_no_larger_page() -> None:
     assert b"3,000 of 200,000 points" in content
 
 
-def test_the_form_error_is_that_of_the_artefact() -> None:
+def test_the_form_error_is_that_of_the_artifact() -> None:
     points = _points("pipe")
     files = primfit.export(primfit.fit(points), ("form", "report"), points, unit="inch")
     form = json.loads(files["form"])
@@ -133,7 +133,7 @@ def test_text_of_the_input_is_escaped(tmp_path: Path) -> None:
 
 
 def test_the_receipt_holds_the_options_where_they_are_known() -> None:
-    recognition = recognised("pipe")
+    recognition = recognized("pipe")
     points = _points("pipe")
     assert b"not known" in primfit.export(recognition, "report", points)
     weights, guess = np.ones(len(points)), recognition.primitive
@@ -145,7 +145,7 @@ def test_the_receipt_holds_the_options_where_they_are_known() -> None:
 
 
 def test_points_of_another_cloud_are_measured_but_make_no_report() -> None:
-    recognition, away = recognised("pipe"), _points("pipe") + 1e3
+    recognition, away = recognized("pipe"), _points("pipe") + 1e3
     assert not primfit.residuals(recognition, away).inlier.any()
     assert json.loads(primfit.export(recognition, "form", away))["residuals"]["inliers"] is None
     with pytest.raises(primfit.NothingToExportError, match="none of the 4000 points"):
@@ -193,7 +193,7 @@ def test_title_date_operator_and_unit_are_those_given() -> None:
 )
 def test_what_a_report_cannot_show_is_refused(given: dict[str, object], told: str) -> None:
     with pytest.raises(primfit.InvalidOptionError, match=told):
-        primfit.export(recognised("pipe"), "report", _points("pipe"), **given)  # type: ignore[call-overload]
+        primfit.export(recognized("pipe"), "report", _points("pipe"), **given)  # type: ignore[call-overload]
 
 
 def test_without_a_unit_none_is_printed() -> None:

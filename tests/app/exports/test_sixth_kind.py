@@ -23,7 +23,7 @@ from primfit.app.exports.step.bounds import about
 from primfit.app.exports.step.file import File, real
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.geometry.vectors import Array
-from tests.app.exports.test_step import area_of, read_back, recognised
+from tests.app.exports.test_step import area_of, read_back, recognized
 
 CENTER, AXES = np.array([10.0, 20.0, 30.0]), np.array([5.0, 3.0, 2.0])
 QUARTERS = np.array([[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]], float)
@@ -124,7 +124,7 @@ def answer(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> R
     )
     every = SimpleNamespace(among=lambda points: np.ones(len(points), bool))
     known: Any = {"primitive": Ellipsoid(), "extents": extents, "inlier_rule": every}
-    return replace(recognised("full sphere"), **known)
+    return replace(recognized("full sphere"), **known)
 
 
 def test_it_is_meshed(answer: Recognition) -> None:

@@ -45,7 +45,7 @@ PIECES: dict[str, tuple[Primitive, tuple[float, float], tuple[float, float]]] = 
 }
 
 
-def recognised(name: str) -> Recognition:
+def recognized(name: str) -> Recognition:
     primitive, u, v = PIECES[name]
     rng = np.random.default_rng(4)
     across, along = rng.uniform(*u, 3000), rng.uniform(*v, 3000)
@@ -109,7 +109,7 @@ def _xyz(of: Any) -> Array:
 
 @pytest.mark.parametrize("name", PIECES)
 def test_a_cad_kernel_reads_the_same_face(name: str, tmp_path: Path) -> None:
-    recognition = recognised(name)
+    recognition = recognized(name)
     face = read_back(export(recognition, "step", unit="mm"), tmp_path)
     from OCP.BRepCheck import BRepCheck_Analyzer
 
@@ -139,13 +139,13 @@ def test_a_cad_kernel_reads_the_same_face(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("unit", "millimetres"), [("m", 1000.0), ("inch", 25.4)])
 def test_units_are_said(unit: Unit, millimetres: float, tmp_path: Path) -> None:
-    recognition = replace(recognised("pipe"), unit=unit)
+    recognition = replace(recognized("pipe"), unit=unit)
     found = parameters_of(read_back(export(recognition, "step"), tmp_path))
     assert found["Radius"] == pytest.approx(8.0 * millimetres, rel=1e-9)
 
 
 def test_a_known_unit_is_not_taken_for_another_one() -> None:
-    recognition = replace(recognised("pipe"), unit="m")
+    recognition = replace(recognized("pipe"), unit="m")
     for write in (lambda: export(recognition, "step", unit="mm"), lambda: picture(recognition, unit="mm")):
         with pytest.raises(InvalidOptionError, match="unit is mm, but the fit was in m;"):
             write()
@@ -157,7 +157,7 @@ def test_a_known_unit_is_not_taken_for_another_one() -> None:
 def test_every_reference_is_there_and_the_bytes_are_the_same_again(name: str) -> None:
     import re
 
-    recognition = recognised(name)
+    recognition = recognized(name)
     content = export(recognition, "step", unit="mm")
     assert content == export(recognition, "step", unit="mm")
     text = content.decode("ascii")

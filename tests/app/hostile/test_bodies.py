@@ -463,7 +463,7 @@ UPLOADS: dict[str, tuple[Make, str]] = {
     "200,000 headers": (lambda: _upload((b"\r\n".join([b"A: b"] * 200_000), CSV)), "body"),
     "200,000 parameters": (lambda: _upload((_named(b"file")[0] + b"; a=b" * 200_000, CSV)), "body"),
     "the file twice": (lambda: _upload(_named(b"file"), _named(b"file")), "file"),
-    "an unknown part": (lambda: _upload(_named(b"file"), _named(b"colour")), "colour"),
+    "an unknown part": (lambda: _upload(_named(b"file"), _named(b"color")), "color"),
     "100,000 parts": (lambda: _upload(*[_named(b"file", b"1")] * 100_000), "file"),
     "100,000 unknown parts": (lambda: _upload(*[_named(b"p", b"1")] * 100_000), "p"),
     "no end": (lambda: _upload(_named(b"file"))[:-6], "body"),

@@ -72,7 +72,7 @@ STEPPED = {
 
 
 @pytest.mark.parametrize("write", STEPPED.values(), ids=STEPPED)
-def test_steps_of_a_tenth_of_a_millimetre_survive_offsets_of_a_million(write: Callable[[], bytes]) -> None:
+def test_steps_of_a_tenth_of_a_millimeter_survive_offsets_of_a_million(write: Callable[[], bytes]) -> None:
     points = read(write()).points
     # Ten decimals, and scaled integers without the offset, round to other doubles.
     np.testing.assert_allclose(points, POINTS, rtol=0.0, atol=1e-9)
@@ -115,7 +115,7 @@ def test_a_las_with_extended_records_is_read() -> None:
 
 
 def test_a_pcd_as_the_point_cloud_library_writes_it() -> None:
-    """A comment first, padding, a field of several values, colours packed in a float, two rows of points."""
+    """A comment first, padding, a field of several values, colors packed in a float, two rows of points."""
     head = (
         b"# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z _ rgb histogram _\n"
         b"SIZE 4 4 4 1 4 4 1\nTYPE F F F U F F U\nCOUNT 1 1 1 4 1 3 12\nWIDTH 2\nHEIGHT 2\n"
@@ -199,7 +199,7 @@ def test_a_scan_of_an_e57_without_coordinates_is_named() -> None:
         read(data)
 
 
-def test_an_organised_pcd_is_read_without_its_empty_returns() -> None:
+def test_an_organized_pcd_is_read_without_its_empty_returns() -> None:
     holes = POINTS.copy()
     holes[::4] = np.nan
     for encoding in ("ascii", "binary", "binary_compressed"):

@@ -10,7 +10,7 @@ POINTS = np.random.default_rng(6).normal(size=(20, 3)) * 100.0 + [1e6, -2e6, 3.0
 ROWS = [" ".join(map(repr, row)) for row in POINTS.tolist()]
 
 
-@pytest.mark.parametrize("tail", ["", " -1204", " -1204 10 20 30"], ids=["points", "intensity", "colour"])
+@pytest.mark.parametrize("tail", ["", " -1204", " -1204 10 20 30"], ids=["points", "intensity", "color"])
 @pytest.mark.parametrize("end", ["\n", "\r\n"], ids=["unix", "windows"])
 def test_a_pts_file_is_read_to_the_last_digit(tail: str, end: str) -> None:
     cloud = read(end.join([str(len(ROWS)), *(row + tail for row in ROWS), ""]).encode())
@@ -265,5 +265,7 @@ def test_points_of_colmap_are_read_by_their_commented_header() -> None:
     cloud = read(text.encode())
     np.testing.assert_array_equal(cloud.points, NINE)
     assert cloud.columns == ("X", "Y", "Z")
+    short = text.replace(" 15 7345", "")  # a row of as many cells as there are words between commas
+    np.testing.assert_array_equal(read(short.encode()).points, NINE)
     with pytest.raises(UnreadableFileError, match="1 rows are not"):
         read((text + "72 7 8\n").encode())

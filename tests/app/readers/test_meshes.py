@@ -132,7 +132,7 @@ def test_tables_are_not_taken_for_meshes(table: bytes) -> None:
     assert read(table).format == "text"
 
 
-def test_meshes_are_recognised() -> None:
+def test_meshes_are_recognized() -> None:
     assert is_obj(memoryview(b"\xef\xbb\xbf# part\r\n\r\nmtllib a.mtl\r\nv  1 -2.5e-3 .5\r\n"))
     assert is_stl(memoryview(_export(BALL, "stl")))
     named = b"solid of which nobody said that it is binary".ljust(80) + _export(BALL, "stl")[80:]

@@ -73,7 +73,7 @@ def test_zeros_are_missing_where_they_repeat() -> None:
     assert without_missing(read(npy(once))).points.tolist() == once.tolist()
     cloud = without_missing(read(npy(twice)))
     assert len(cloud.points) == 10 and cloud.dropped == {"not_finite": 0, "zero": 2}
-    assert warnings_of(cloud) == ("Missing points were dropped: 2 at exactly (0, 0, 0).",)
+    assert warnings_of(cloud) == ("Missing points were dropped: 2 exactly at (0, 0, 0).",)
     assert len(without_missing(read(npy(twice)), "error").points) == 12
 
 

@@ -180,7 +180,7 @@ def test_every_bad_option_is_counted(service: Any) -> None:
 
 
 def test_unknown_options_are_told_what_is_allowed(service: Any) -> None:
-    response = service.client.post("/fit", json={**SMALL, "options": {"colour": 1}})
+    response = service.client.post("/fit", json={**SMALL, "options": {"color": 1}})
     message = _problem(response, 422, "invalid-options")["errors"][0]["message"]
     assert "kinds, classifier, criterion, max_error, tolerance, seed" in message
 

@@ -108,8 +108,8 @@ def _is_clean(service: Service) -> bool:
 
 def test_each_item_is_answered_in_order_as_fit_would(service: Service) -> None:
     other = ROWS * 2.0 + 1.0
-    labelled = _csv(np.vstack([other, ROWS, ROWS[:2]]), ["wall b"] * 300 + ["wall a"] * 300 + ["crumb"] * 2)
-    files = [("part.csv", CSV), ("words.txt", b"no cloud\n"), ("scan.csv", labelled), ("part.csv", CSV)]
+    labeled = _csv(np.vstack([other, ROWS, ROWS[:2]]), ["wall b"] * 300 + ["wall a"] * 300 + ["crumb"] * 2)
+    files = [("part.csv", CSV), ("words.txt", b"no cloud\n"), ("scan.csv", labeled), ("part.csv", CSV)]
     options = {"kinds": ["cylinder", "cone"], "seed": 5}
     parts = [("file", file) for file in files] + [("options", (None, json.dumps(options).encode()))]
     response = service.client.post("/fit/batch", files=parts, headers=SAME_ID)
@@ -158,7 +158,7 @@ def test_normals_go_with_their_segment(service: Service) -> None:
 @pytest.mark.parametrize("where", ["query", "part"])
 def test_the_column_of_labels_is_named_or_not_wanted(service: Service, where: str) -> None:
     body = _csv(np.vstack([ROWS, ROWS + 1.0]), [1] * 300 + [2] * 300)
-    other = body.replace(b"label", b"colour")
+    other = body.replace(b"label", b"color")
 
     def labels(name: str, file: bytes) -> list[Any]:
         parts: list[Any] = [("file", ("scan.csv", file))]
@@ -171,11 +171,11 @@ def test_the_column_of_labels_is_named_or_not_wanted(service: Service, where: st
             for line in lines[:-1]
         ]
 
-    assert labels("colour", other) == [1, 2]
+    assert labels("color", other) == [1, 2]
     assert labels("auto", body) == [1, 2]
     assert labels("auto", other) == [None]
     assert labels("", body) == [None]
-    assert labels("colour", body) == ["labels"]
+    assert labels("color", body) == ["labels"]
 
 
 @pytest.mark.parametrize("media_type", ["text/csv", "application/octet-stream"])

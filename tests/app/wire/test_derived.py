@@ -123,7 +123,7 @@ def test_each_kind_is_told_by_its_name_and_closed(kind: str) -> None:
     other = _schema(schemas.Alternative)["$defs"][f"{name}Alternative"]
     assert {"error", "extents", "uncertainty", "evidence"} < set(other["required"])
     with pytest.raises(ValidationError):
-        TypeAdapter(schemas.Primitive).validate_python({"kind": kind, "colour": 1.0})
+        TypeAdapter(schemas.Primitive).validate_python({"kind": kind, "color": 1.0})
 
 
 def test_a_union_of_one_more_kind_tells_it_apart() -> None:

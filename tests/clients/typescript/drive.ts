@@ -65,7 +65,7 @@ async function fitBatch() {
 
 async function fitExport() {
   const { data } = await client.POST("/fit/export", {
-    params: { query: { artifacts: ["step", "glb"] } },
+    params: { query: { artifacts: ["step", "glb"], unit: "mm" } },
     body: { points },
     parseAs: "blob",
   });

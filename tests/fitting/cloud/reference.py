@@ -42,7 +42,7 @@ def shuffled(keys: Array, rng: np.random.Generator) -> Array:
 
 
 def frame(points: Array) -> tuple[Array, float]:
-    """Centre and scale."""
+    """Center and scale."""
     lowest, highest = points.min(axis=0), points.max(axis=0)
     middle, half = lowest / 2.0 + highest / 2.0, float(np.max(highest / 2.0 - lowest / 2.0))
     offsets = (points - middle) / half

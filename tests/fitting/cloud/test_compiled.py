@@ -22,7 +22,7 @@ CLOUDS = {
     "grid": GRID,
     "repeated": np.repeat(noisy(EXAMPLES["cone"], 200, 0.02), 3, axis=0),
     "single precision": noisy(EXAMPLES["sphere"], 900, 0.01).astype(np.float32).astype(np.float64),
-    "millimetres": np.round(noisy(EXAMPLES["cylinder"], 900, 0.01), 3),
+    "millimeters": np.round(noisy(EXAMPLES["cylinder"], 900, 0.01), 3),
     "huge": 1e90 * noisy(EXAMPLES["sphere"], 100, 0.01),
     "large": noisy(EXAMPLES["cylinder"], 25_000, 0.01),
 } | {
@@ -147,13 +147,13 @@ def test_scatter_far_below_the_spread_is_told() -> None:
     assert scatter[0] == pytest.approx(sizes[2] / np.sqrt(13.0), rel=1e-6)
 
 
-def test_a_point_on_many_is_among_as_many_neighbours_as_asked_for() -> None:
+def test_a_point_on_many_is_among_as_many_neighbors_as_asked_for() -> None:
     points = np.vstack([np.zeros((500, 3)), np.eye(3), -np.eye(3)])
     normals, scatter, _ = local_planes(points, Halved.of(points), points[[0, 503]], 16)
     assert scatter[0] == 0.0 and np.isfinite(normals).all()
 
 
-def test_of_neighbours_that_are_as_far_the_earlier_count() -> None:
+def test_of_neighbors_that_are_as_far_the_earlier_count() -> None:
     flat = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     for last in (np.arange(4), np.array([0, 3, 2, 1])):
         normals = local_planes(flat[last], Halved.of(flat), flat[:1], 3)[0]
@@ -167,5 +167,5 @@ def test_rounding(points: np.ndarray) -> None:
 
 
 def test_order_of_other_lengths_is_refused() -> None:
-    with pytest.raises(ValueError, match="neighbours"):
+    with pytest.raises(ValueError, match="neighbors"):
         _pieces.local_planes(GRID, np.arange(5), 0, GRID, 16)

@@ -1,4 +1,4 @@
-"""The frame of the search: centred, of size one, and without rounding."""
+"""The frame of the search: centerd, of size one, and without rounding."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from tests.fitting.clouds import EXAMPLES, sample
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-12, 1e-4, 1.0, 1e4, 1e9, 1e90])
-def test_the_frame_centres_and_scales_without_rounding(scale: float) -> None:
+def test_the_frame_centers_and_scales_without_rounding(scale: float) -> None:
     points = scale * sample(EXAMPLES["cylinder"], 500)
     frame = Frame.of(points)
     inside = frame.normalize(points)

@@ -1,4 +1,4 @@
-"""Patches and grains: of equal size, of neighbours, and what goes wrong where they are of other sizes."""
+"""Patches and grains: of equal size, of neighbors, and what goes wrong where they are of other sizes."""
 
 import itertools
 
@@ -31,7 +31,7 @@ def test_a_folded_sheet_in_few_patches_is_a_cylinder(monkeypatch: Patch) -> None
     assert kinds(recognize(points)) == ["cylinder"]
 
 
-def test_without_neighbours_in_grains_a_rod_of_twelve_faces_is_round(monkeypatch: Patch) -> None:
+def test_without_neighbors_in_grains_a_rod_of_twelve_faces_is_round(monkeypatch: Patch) -> None:
     """`GRAIN`: in pieces of a point nothing tells what its own scatter is, beside which faces are seen."""
     points = bar(12, 6000, 0.001, 1)
     assert kinds(recognize(points)) == []
@@ -41,7 +41,7 @@ def test_without_neighbours_in_grains_a_rod_of_twelve_faces_is_round(monkeypatch
 
 
 @pytest.mark.parametrize("n", [60, 500, 20_000])
-def test_patches_are_of_equal_size_and_hold_neighbours(n: int) -> None:
+def test_patches_are_of_equal_size_and_hold_neighbors(n: int) -> None:
     feet = square(n)
     halved = Halved.of(feet)
     count = np.bincount(halved.patches())

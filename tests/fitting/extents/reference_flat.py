@@ -28,7 +28,7 @@ IN_A_CELL = 7
 """Cells hold so many points on average; of random points 0.1 % of the cells are empty."""
 
 FEWEST_AROUND = 7
-"""Points in a cell and its eight neighbours; where there are fewer (63 is usual), they are stray."""
+"""Points in a cell and its eight neighbors; where there are fewer (63 is usual), they are stray."""
 
 FINEST = 8.0
 """Where much of the rectangle is empty the cells are smaller, by this factor at most."""
@@ -79,7 +79,7 @@ class Grid:
 
 
 def around(values: np.ndarray, combine: np.ufunc = np.add) -> np.ndarray:
-    """The sum (or largest) over each cell and its eight neighbours; beyond the edge there is 0."""
+    """The sum (or largest) over each cell and its eight neighbors; beyond the edge there is 0."""
     padded = np.pad(values, 1)
     rows = combine(combine(padded[:-2], padded[1:-1]), padded[2:])
     return np.asarray(combine(combine(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:]))
@@ -285,7 +285,7 @@ def _area(corners: Array) -> float:
 
 
 def _rectangle(corners: Array) -> tuple[Array, Array, Array]:
-    """Directions (2, 2), centre (2,) and sizes (2,) of the rectangle of least area; it lies along an edge.
+    """Directions (2, 2), center (2,) and sizes (2,) of the rectangle of least area; it lies along an edge.
 
     Its other sides touch the corners where the outline has turned by a quarter, a half, and three quarters
     since that edge (Toussaint, "Solving geometric problems with the rotating calipers", MELECON 1983).

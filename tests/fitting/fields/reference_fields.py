@@ -63,7 +63,7 @@ def explanations(patched: Patched, extent: float, least: float) -> Explanations:
     """Of residuals with fewer parameters than patches; `least` is the smallest noise of a point.
 
     For each pair of fields the white noise is the most likely one, the parameters take one step of
-    generalised least squares, and Occam's factor is that of a normal prior by which each of them, turned so
+    generalized least squares, and Occam's factor is that of a normal prior by which each of them, turned so
     that it moves the surface by itself, may move it by `PRIOR` extents in the mean square. Two fields are
     looked at together where each alone explains more than white noise; else they explain nothing.
     """

@@ -17,7 +17,7 @@ def solve(columns: Array, target: Array, rounds: int) -> Array:
 
 
 def circle(x: Array, y: Array, rounds: int) -> tuple[Array, float]:
-    """Centre and radius by Kasa's fit."""
+    """Center and radius by Kasa's fit."""
     a, b, c = solve(np.stack([x, y, np.ones_like(x)]), x**2 + y**2, rounds)
     return np.array([a, b]) / 2.0, float(np.sqrt(c + (a**2 + b**2) / 4.0))
 

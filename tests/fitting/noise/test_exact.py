@@ -30,7 +30,7 @@ def test_noise_of_some_steps_has_no_exact_points(n: int, steps: float) -> None:
     assert not exact_points(distance, 1.0 / steps, dof=5).any()
 
 
-def test_the_neighbourhood_of_a_peak_is_near_it(monkeypatch: Patch) -> None:
+def test_the_neighborhood_of_a_peak_is_near_it(monkeypatch: Patch) -> None:
     """A wide one has fewer points for its width, and all noise is peaked; a narrow one has too few."""
     rng = np.random.default_rng(4)
     noise = rng.normal(size=(40, 2000))

@@ -27,7 +27,7 @@ Patch = pytest.MonkeyPatch
     ],
     ids=["decimals", "integers", "georeferenced", "five of a thousand", "offset", "scaled", "quarters"],
 )
-def test_quantised_coordinates_are_noticed(points: np.ndarray, expected: float) -> None:
+def test_quantized_coordinates_are_noticed(points: np.ndarray, expected: float) -> None:
     assert rounding_of(points).size == expected
     assert rounding_of(points).step == expected
 

@@ -65,8 +65,8 @@ def test_distance_is_the_smallest_to_a_dense_sample(primitive: Primitive) -> Non
     rng = np.random.default_rng(8)
     on_surface = sample(primitive, 40_000)
     inner = sample(primitive, 400, seed=3)
-    centre = inner[np.argsort(np.linalg.norm(inner - inner.mean(axis=0), axis=1))[:40]]
-    points = centre + rng.normal(0.0, 0.02, centre.shape)
+    center = inner[np.argsort(np.linalg.norm(inner - inner.mean(axis=0), axis=1))[:40]]
+    points = center + rng.normal(0.0, 0.02, center.shape)
     brute = np.linalg.norm(points[:, None] - on_surface, axis=2).min(axis=1)
     # The closest of 40,000 random points is within about 0.03 sideways of the foot.
     assert np.abs(np.hypot(primitive.signed_distance(points), 0.0) - brute).max() < 0.03
@@ -137,7 +137,7 @@ def test_canonical_is_the_same_surface_in_one_sign(primitive: Primitive) -> None
 
 
 @examples
-def test_free_points_are_those_closest_to_the_centre(primitive: Primitive) -> None:
+def test_free_points_are_those_closest_to_the_center(primitive: Primitive) -> None:
     center = np.array([0.4, 0.3, -0.2])
     canonical = primitive.canonical(center)
     if primitive.kind == "cylinder":
@@ -191,7 +191,7 @@ def test_initial_guesses_start_close_enough(primitive: Primitive, offset: float,
 
 
 @examples
-def test_points_on_the_axis_and_in_the_centre_give_numbers(primitive: Primitive) -> None:
+def test_points_on_the_axis_and_in_the_center_give_numbers(primitive: Primitive) -> None:
     special = [getattr(primitive, name) for name in ("point", "center", "apex") if hasattr(primitive, name)]
     points = np.array([*special, special[0] + 0.5 * getattr(primitive, "axis", np.zeros(3))])
     distance, jacobian = linearize(primitive, points)

@@ -36,7 +36,7 @@ X = np.array([1.0, 0.0, 0.0])
 def test_what_is_out_of_all_proportion_is_refused(
     constraints: dict[str, Any], guess: Primitive | None, field: str, unit: float
 ) -> None:
-    """Every cloud lies within the rounding of a sphere whose centre is 1e60 away."""
+    """Every cloud lies within the rounding of a sphere whose center is 1e60 away."""
     config = Config(constraints=Constraints.of(constraints), initial_guess=guess)
     with pytest.raises(InvalidOptionError, match="extents of the cloud") as caught:
         recognize(unit * CLOUDS["cylinder"], config)

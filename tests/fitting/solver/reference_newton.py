@@ -26,7 +26,7 @@ directions that points determine very weakly. There the second is taken, if the 
 that of no minimum."""
 
 UNCURVED = 1e-9
-"""Below this rms distance, in the normalised frame, curvature is neither seen nor needed."""
+"""Below this rms distance, in the normalized frame, curvature is neither seen nor needed."""
 
 UNSEEN, UNSEEN_DISTANCE, MOST_UNSEEN = 1e-12, 1e-15, 1e-9
 """Growth that is rounding: of the cost, relatively, and of the distances; they add so much to it at most."""

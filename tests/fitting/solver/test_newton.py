@@ -49,7 +49,7 @@ def test_from_either_side_it_comes_to_one_point(primitive: Primitive, kernel: Ke
 
 
 def test_where_the_cost_is_largest_nothing_moves() -> None:
-    """Of all planes through its centre, the one across a rod's length leaves most over."""
+    """Of all planes through its center, the one across a rod's length leaves most over."""
     rod = np.random.default_rng(4).normal(size=(200, 3)) * [5.0, 1.0, 0.5]
     rod -= rod.mean(axis=0)
     worst = np.linalg.svd(rod)[2][0]

@@ -1,4 +1,4 @@
-"""Least squares from a start nearby comes to the minimum of another optimiser."""
+"""Least squares from a start nearby comes to the minimum of another optimizer."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Steps of the compiled loop within bounds: each solves a bounded programme, and the last meets its laws."""
+"""Steps of the compiled loop within bounds: each solves a bounded program, and the last meets its laws."""
 
 import numpy as np
 import pytest

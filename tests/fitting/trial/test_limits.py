@@ -1,4 +1,4 @@
-"""Constraints are honoured to the last digits, and the rest is optimal."""
+"""Constraints are honored to the last digits, and the rest is optimal."""
 
 from collections.abc import Callable
 from typing import Any
@@ -31,8 +31,8 @@ BUILD: dict[str, Callable[..., Primitive]] = {
 }  # fmt: skip
 
 
-def check_honoured(found: Primitive, constraints: dict[str, Any]) -> None:
-    """Numbers, centres and apexes to the last bit; directions and points on axes and planes to 1e-12."""
+def check_honored(found: Primitive, constraints: dict[str, Any]) -> None:
+    """Numbers, centers and apexes to the last bit; directions and points on axes and planes to 1e-12."""
     for name, by in violations(oracles.long(parameters(found)), constraints).items():
         assert by <= (1e-12 if name in ("axis", "normal", "point") else 0.0), name
 
@@ -63,11 +63,11 @@ def drawn(primitive: Primitive, rng: np.random.Generator) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(("kind", "parts"), CASES, ids=IDS)
-def test_a_constraint_is_honoured_and_the_rest_is_optimal(kind: str, parts: dict[str, Any]) -> None:
+def test_a_constraint_is_honored_and_the_rest_is_optimal(kind: str, parts: dict[str, Any]) -> None:
     constraints = constraints_of(kind, parts)
     answer = fit(kind, constraints)
     assert answer.primitive is not None
-    check_honoured(answer.primitive, constraints)
+    check_honored(answer.primitive, constraints)
     cost = 0.5 * float(np.sum(moved(answer.primitive, -FAR).signed_distance(CLOUDS[kind] - FAR) ** 2))
     assert cost == pytest.approx(least(kind, constraints), rel=1e-8)
     assert set(answer.active_constraints) == set(constraints)
@@ -75,14 +75,14 @@ def test_a_constraint_is_honoured_and_the_rest_is_optimal(kind: str, parts: dict
 
 
 @pytest.mark.parametrize(("kind", "parts"), CASES, ids=IDS)
-def test_a_robust_fit_honours_it_too(kind: str, parts: dict[str, Any]) -> None:
+def test_a_robust_fit_honors_it_too(kind: str, parts: dict[str, Any]) -> None:
     """A tenth of the points are stray; the others decide, as closely as their noise lets them."""
     constraints = constraints_of(kind, parts)
     points = CLOUDS[kind].copy()
     points[::10] += np.random.default_rng(5).uniform(-1.0, 1.0, points[::10].shape)
     answer = fit(kind, constraints, "robust", points=points)
     assert answer.primitive is not None
-    check_honoured(answer.primitive, constraints)
+    check_honored(answer.primitive, constraints)
     plain = fit(kind, constraints)
     assert plain.primitive is not None and plain.error is not None
     kept = np.delete(np.arange(300), slice(None, None, 10))
@@ -134,7 +134,7 @@ def test_random_constraints_have_one_optimum_wherever_the_steps_start(kind: str)
         assert all(end.converged for end in ends)
         assert max(end.cost for end in ends) <= (1.0 + 1e-9) * min(end.cost for end in ends)
         for end in ends:
-            check_honoured(moved(end.primitive, limits.pivot), constraints)
+            check_honored(moved(end.primitive, limits.pivot), constraints)
 
 
 @pytest.mark.parametrize("kind", EXAMPLES)

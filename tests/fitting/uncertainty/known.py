@@ -29,7 +29,7 @@ def arc(degrees: float, n: int, sigma: float, seed: int) -> Array:
 
 
 def flat(n: int, rng: np.random.Generator) -> Linear:
-    """A cost of a plane over the unit square, linearised about it, with pulls of unit noise."""
+    """A cost of a plane over the unit square, linearized about it, with pulls of unit noise."""
     feet = rng.uniform(0.0, 1.0, (n, 3)) * [1.0, 1.0, 0.0]
     rows = np.ascontiguousarray(np.vstack([np.ones(n), feet[:, :2].T]))
     left = rng.standard_normal(n)

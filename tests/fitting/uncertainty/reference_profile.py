@@ -22,7 +22,7 @@ from primfit.fitting.trial.limits import Limits
 ROUNDS = 24
 CLOSE = 0.02
 """An end is found when the rise of the cost is this close to what is asked, relatively, and the next step
-moves the number by this share of its linearised half-width at most."""
+moves the number by this share of its linearized half-width at most."""
 
 GROWTH, OVERSHOOT = 2.0, 0.5
 """A step may change a size by this factor, and the cost may pass what is asked by this share of the rise."""
@@ -105,10 +105,10 @@ def profile_end(
 
     Parameters
     ----------
-    cost : what is minimised
+    cost : what is minimized
     start, at_start : where to begin, with the model of the cost there
     gradient : of the number; with its negative, of the other end
-    half : of the linearised interval
+    half : of the linearized interval
     least, most : the cost at the optimum and at the ends
     """
     surface, local, rise = start, at_start, most - least

@@ -1,4 +1,4 @@
-"""What neighbours share counts in the intervals: against double sums, and laws whose mean is known."""
+"""What neighbors share counts in the intervals: against double sums, and laws whose mean is known."""
 
 from collections.abc import Callable
 from dataclasses import replace

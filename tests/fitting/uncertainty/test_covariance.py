@@ -22,7 +22,7 @@ examples = pytest.mark.parametrize("primitive", EXAMPLES.values(), ids=EXAMPLES.
 
 
 def test_uneven_noise_is_weighed_where_it_is() -> None:
-    """Noise on one side only makes the centre uncertain along that side."""
+    """Noise on one side only makes the center uncertain along that side."""
     rng, sphere = np.random.default_rng(1), Sphere([0.0, 0.0, 0.0], 1.0)
     points = rng.standard_normal((3000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]

@@ -46,7 +46,7 @@ def test_exact_points_leave_the_rounding() -> None:
 
 
 def test_few_points_of_a_sphere_have_the_intervals_of_a_regression() -> None:
-    """s^2 (J^T J)^-1 with the derivatives by centre and radius worked out by hand, and Student's t."""
+    """s^2 (J^T J)^-1 with the derivatives by center and radius worked out by hand, and Student's t."""
     points = noisy(EXAMPLES["sphere"], 120, 0.01)
     answer = recognize(points, Config(kinds=("sphere",), criterion="least_squares"))
     assert isinstance(answer.primitive, Sphere) and answer.uncertainty is not None

@@ -32,7 +32,7 @@ def test_a_short_arc_is_profiled_and_leaves_the_larger_radius_open_wider() -> No
     assert "25 degrees" in next(each.message for each in found.warnings if each.code == "short_arc")
 
 
-def test_the_ends_of_a_profile_are_those_of_an_independent_optimiser() -> None:
+def test_the_ends_of_a_profile_are_those_of_an_independent_optimizer() -> None:
     """At each end of the radius the best cylinder of that radius costs so much more, found by SciPy."""
     points = arc(40.0, 150, 0.02, seed=3)
     found = known(points, "cylinder", criterion="least_squares")
@@ -96,7 +96,7 @@ def test_an_open_direction_has_no_farthest_place() -> None:
 
 
 def test_the_ends_of_a_cap_are_those_of_spheres_of_given_radius() -> None:
-    """For each radius SciPy finds the best centre; the cost has risen by as much as Student's t says."""
+    """For each radius SciPy finds the best center; the cost has risen by as much as Student's t says."""
     rng = np.random.default_rng(9)
     cap = Sphere([0.0, 0.0, -1.0], 1.0)
     points = cap.surface(rng.uniform(0.0, 2.0 * np.pi, 120), rng.uniform(0.0, 0.3, 120))

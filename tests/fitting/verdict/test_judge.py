@@ -278,7 +278,7 @@ def test_the_order_in_which_kinds_are_allowed_changes_nothing(make: Callable[[],
 
 
 def test_kinds_that_hold_the_best_surface_are_not_searched_for_in_vain() -> None:
-    """Noise that neighbours share leaves more than white noise; a taper or a bend does not explain it."""
+    """Noise that neighbors share leaves more than white noise; a taper or a bend does not explain it."""
     cases = [CASE_SETS["sensor"].draw(4711, index) for index in range(20)]
     answers = [recognize(case.points, classifier=Sure(case.kind)) for case in cases]
     assert np.mean([len(answer.attempts) for answer in answers]) < 2.0

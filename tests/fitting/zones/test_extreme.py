@@ -1,4 +1,4 @@
-"""Minimum zone, minimum circumscribed and maximum inscribed surfaces, against other optimisers."""
+"""Minimum zone, minimum circumscribed and maximum inscribed surfaces, against other optimizers."""
 
 import numpy as np
 import pytest
@@ -92,7 +92,7 @@ def test_the_circumscribed_sphere_of_two_points_far_apart() -> None:
 
 @pytest.mark.parametrize("n", [10, pytest.param(40, marks=pytest.mark.slow)])
 @examples
-def test_the_minimum_zone_is_that_of_another_optimiser(primitive: Primitive, n: int) -> None:
+def test_the_minimum_zone_is_that_of_another_optimizer(primitive: Primitive, n: int) -> None:
     points = noisy(primitive, n, 0.02, seed=n)
     zone = answer(points, primitive.kind, "minimum_zone")
     assert largest(zone, points) <= best(zone, points, "minimum_zone") * (1.0 + 1e-9)
@@ -100,7 +100,7 @@ def test_the_minimum_zone_is_that_of_another_optimiser(primitive: Primitive, n: 
 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("n", [12, 60])
-def test_the_circumscribed_cylinder_is_that_of_another_optimiser(n: int, seed: int) -> None:
+def test_the_circumscribed_cylinder_is_that_of_another_optimizer(n: int, seed: int) -> None:
     points = about("cylinder", n, 0.02, seed)
     cylinder = answer(points, "cylinder", "minimum_circumscribed")
     assert isinstance(cylinder, Cylinder)
@@ -110,7 +110,7 @@ def test_the_circumscribed_cylinder_is_that_of_another_optimiser(n: int, seed: i
 
 @pytest.mark.parametrize("n", [15, 60])
 @round_kinds
-def test_the_inscribed_surface_is_that_of_another_optimiser(kind: str, n: int) -> None:
+def test_the_inscribed_surface_is_that_of_another_optimizer(kind: str, n: int) -> None:
     points = about(kind, n, 0.02, seed=n)
     inscribed = answer(points, kind, "maximum_inscribed")
     assert isinstance(inscribed, Sphere | Cylinder)

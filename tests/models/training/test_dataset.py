@@ -48,7 +48,7 @@ def test_a_run_goes_on_where_it_was_cut_off(tmp_path, monkeypatch):
     assert np.array_equal(plain.rows, longer.rows)
 
 
-def test_clouds_of_sensors_can_be_learnt_from():
+def test_clouds_of_sensors_can_be_learned_from():
     data = make_dataset(9, 10, families=("scanner", "sensor"))
     assert data.rows.shape[0] == 20 and np.isfinite(data.rows).all()
     scores = metrics(np.full((20, 5), 0.2), data)

@@ -1,4 +1,4 @@
-"""The least largest of many linear values in a trust region, by linear programmes of few of them."""
+"""The least largest of many linear values in a trust region, by linear programs of few of them."""
 
 from dataclasses import dataclass
 
@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from ..geometry.vectors import Array
 
 ROUNDS = 60
-"""Programmes after which values that violate the solution are let be: the next step meets them."""
+"""Programs after which values that violate the solution are let be: the next step meets them."""
 
 ENTERING = 12
-"""Points that enter the linear programme at a time, the most violated first."""
+"""Points that enter the linear program at a time, the most violated first."""
 
 OUT_OF_REACH = 1e6
 """Values that are farther below the largest than this many radii of the trust region count as so far."""
@@ -22,7 +22,7 @@ SLACK = 1e-9
 
 @dataclass(frozen=True)
 class Linear:
-    """The solution of a linear programme.
+    """The solution of a linear program.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Linear:
         return len(self.active) > len(self.step)
 
 
-def linear_programme(
+def linear_program(
     values: Array, slopes: Array, region: float, candidates: NDArray[np.intp]
 ) -> Linear | None:
     """Least t with  values + slopes . step <= t  and no component of the step beyond the region.
