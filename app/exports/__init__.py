@@ -1,5 +1,6 @@
 """The recognized primitive, its residuals and the report as files: one file a format."""
 
+import warnings
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from io import BytesIO
@@ -23,7 +24,7 @@ from .fitted import (
 )
 from .form import form_json
 from .mesh import mesh_writer, stl_warning
-from .options import ExportOptions, known_unit
+from .options import ExportOptions, known_unit, unit_of
 from .report import html_report
 from .residual_files import residuals_csv, residuals_las, residuals_npy, residuals_ply
 from .step import step
@@ -138,16 +139,23 @@ def export(
     points : (N, 3) that were fitted, whatever `fit` takes; `residuals_...`, `form` and `report` need them.
         None for those that the answer has kept
     options : keyword arguments that `fit` had beside the points, for the receipt in the report
-    unit : of the coordinates, `mm`, `m`, ...; None for that of the answer, if it has one. STEP files need it
+    unit : of the coordinates, `mm`, `m`, ..., where the fit did not know it; None for that of the answer.
+        STEP files need it
     chord_error : largest distance of a mesh from the surface, as a share of the size, in [1e-5, 0.1]
     export_kind : which kind of an ambiguous answer; None for the first
     title, operator, date : what the report says of itself, as given, up to 200 characters each
 
+    Warns
+    -----
+    UserWarning
+        An STL so far from the origin that its coordinates are less some of those of the points.
+
     Raises
     ------
     InvalidOptionError
-        An unknown artifact or unit, a chord error out of range, points that are missing, an option that
-        `fit` would not have taken, or an artifact of extents that `fit` was not asked for (`include`).
+        An unknown artifact or unit, another unit than that of the answer, a chord error out of range, points
+        that are missing, an option that `fit` would not have taken, or an artifact of extents that `fit` was
+        not asked for (`include`).
     InvalidPointCloudError
         The points are not finite (N, 3).
     NothingToExportError
@@ -188,16 +196,18 @@ def check_unit(formats: Collection[str], unit: Unit | None) -> None:
 
 
 def write(fitted: Fitted, formats: Iterable[str], options: ExportOptions) -> dict[str, bytes]:
-    """The content of each artifact by its name; what several need is computed once."""
+    """The content of each artifact by its name; what several need is computed once. Warns of what to know."""
     fitted, options = _chosen(fitted, options)
+    for format in formats:
+        if warning := FORMATS[format].warning(fitted, options):
+            warnings.warn(warning, stacklevel=3)
     return {format: FORMATS[format].write(fitted, options) for format in formats}
 
 
 def _chosen(fitted: Fitted, options: ExportOptions) -> tuple[Fitted, ExportOptions]:
     """What is exported of the answer, and the options in its unit."""
-    return of_kind(fitted, options.export_kind), replace(
-        options, unit=options.unit or fitted.recognition.unit
-    )
+    unit = unit_of([fitted.recognition], options.unit)
+    return of_kind(fitted, options.export_kind), replace(options, unit=unit)
 
 
 @dataclass(frozen=True)

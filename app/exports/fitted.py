@@ -10,7 +10,7 @@ import numpy as np
 
 from primfit.fitting.answer.form import Form, form_of
 from primfit.fitting.answer.residuals import Residuals
-from primfit.fitting.answer.result import Recognition
+from primfit.fitting.answer.result import Alternative, Recognition
 from primfit.fitting.cloud.cloud import check_coordinates, check_points
 from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.extents.values import Extents
@@ -142,15 +142,21 @@ def of_kind(fitted: Fitted, kind: str | None) -> Fitted:
     if chosen is None:
         kinds = [each.kind for each in (found.primitive, *(o.primitive for o in found.alternatives)) if each]
         raise NothingToExportError(f"the answer holds no {kind}; it holds {' and '.join(kinds) or 'nothing'}")
-    assert found.inlier_rule
+    assert found.inlier_rule and found.primitive and found.error
+    tried = {attempt.kind: attempt for attempt in found.attempts}
+    evidence = tried[found.primitive.kind].evidence
+    first = Alternative(found.primitive, found.error, found.extents, found.uncertainty, evidence)
     recognition = replace(
         found,
         primitive=chosen.primitive,
         error=chosen.error,
         extents=chosen.extents,
         uncertainty=chosen.uncertainty,
+        noise=tried[kind].noise,
         inlier_rule=replace(found.inlier_rule, surface=chosen.primitive),
-        alternatives=tuple(other for other in found.alternatives if other is not chosen),
+        alternatives=(first, *(other for other in found.alternatives if other is not chosen)),
+        # They act on the first kind, and are not known of the others.
+        active_constraints={},
     )
     return replace(fitted, recognition=recognition)
 

@@ -1,7 +1,9 @@
 """What an export may be asked for."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
+from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.names import KINDS, UNITS, KindName, Unit
 from primfit.fitting.request.values import number
@@ -17,8 +19,8 @@ class ExportOptions:
 
     Attributes
     ----------
-    unit : of the coordinates; None for that of the answer. STEP files need one, and a GLB is in meters where
-        it is known; nothing else is converted
+    unit : of the coordinates; None for that of the answer, which no other one may contradict. STEP files need
+        one, and a GLB is in meters where it is known; nothing else is converted
     export_kind : which of the kinds of an ambiguous answer; None for the first
     chord_error : largest distance of a mesh from its surface, as a share of the size of the trimmed shape
     title, operator, date : what the report says of itself, as given; it guesses none of them
@@ -55,6 +57,26 @@ def known_unit(unit: Unit | None) -> Unit:
             f"unit is not known, and a STEP file needs one; give it, out of {', '.join(UNITS)}", "unit"
         )
     return unit
+
+
+def unit_of(answers: Iterable[Recognition], asked: Unit | None) -> Unit | None:
+    """The one unit of some answers, and of what is written about them; None where it is not known.
+
+    Raises `InvalidOptionError` where they are in different units, or in another one than was asked for:
+    numbers keep their unit.
+    """
+    units = {answer.unit for answer in answers}
+    told = ", ".join(sorted(unit or "none" for unit in units))
+    if asked is not None:
+        if units - {None, asked}:
+            raise InvalidOptionError(
+                f"unit is {asked}, but the fit was in {told}; nothing is converted: give the unit to the fit",
+                "unit",
+            )
+        return asked
+    if len(units) > 1:
+        raise InvalidOptionError(f"the answers are in different units ({told}); fit them with one", "unit")
+    return next(iter(units), None)
 
 
 def _check_text(name: str, text: object) -> None:

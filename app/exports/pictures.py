@@ -11,6 +11,7 @@ from primfit.fitting.plain import worded
 
 from .colors import color_limit
 from .fitted import Fitted, fitted_points
+from .options import ExportOptions, unit_of
 from .report import scene_svg
 from .report.scene import shape_in, shown
 
@@ -31,7 +32,7 @@ def picture(recognition: Recognition, points: Any = None, *, unit: Unit | None =
     Raises
     ------
     InvalidOptionError
-        There are no points.
+        There are no points, or the unit is unknown or another one than that of the answer.
 
     Examples
     --------
@@ -41,7 +42,8 @@ def picture(recognition: Recognition, points: Any = None, *, unit: Unit | None =
     >>> primfit.picture(recognition, unit="mm")[:4]
     '<svg'
     """
-    return scene_svg(fitted_points(recognition, points), unit or recognition.unit)
+    how = ExportOptions(unit_of([recognition], unit))
+    return scene_svg(fitted_points(recognition, points), how.unit)
 
 
 def plot(recognition: Recognition, axes: "Axes | None" = None, points: Any = None) -> "Axes":
@@ -91,7 +93,8 @@ def plot(recognition: Recognition, axes: "Axes | None" = None, points: Any = Non
     _scatter(drawn, fitted, rows)
     status = recognition.status
     title = worded(status) if status == "no_fit" else f"{fitted.primitive.kind}, {status}"
-    drawn.set(xlabel="x", ylabel="y", zlabel="z", title=title)
+    names = (_with(axis, recognition) for axis in "xyz")
+    drawn.set(**dict(zip(("xlabel", "ylabel", "zlabel"), names, strict=True)), title=title)
     drawn.set_aspect("equal")
     return drawn
 
@@ -105,4 +108,9 @@ def _scatter(axes: Any, fitted: Fitted, rows: np.ndarray) -> None:
     limit = color_limit(fitted.residuals) or 1.0
     colors = {"c": fitted.residuals.distance[rows], "cmap": "RdBu_r", "vmin": -limit, "vmax": limit}
     dots = axes.scatter(*points.T, s=4.0, **colors)
-    axes.figure.colorbar(dots, ax=axes, shrink=0.6, label="signed distance")
+    axes.figure.colorbar(dots, ax=axes, shrink=0.6, label=_with("signed distance", fitted.recognition))
+
+
+def _with(name: str, recognition: Recognition) -> str:
+    """The name of an axis of lengths, with their unit where it is known."""
+    return f"{name} [{recognition.unit}]" if recognition.unit else name

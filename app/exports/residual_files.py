@@ -9,7 +9,9 @@ from io import BytesIO, StringIO
 import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.names import Unit
 
+from ..readers.units import METERS
 from .colors import color_limit, diverging
 from .fitted import Fitted
 from .options import ExportOptions
@@ -69,6 +71,9 @@ def residuals_las(fitted: Fitted, options: ExportOptions) -> bytes:
             laspy.ExtraBytesParams("inlier", "uint8", "1: not rejected"),
         ]
     )
+    if options.unit is not None:
+        header.vlrs.append(laspy.vlrs.known.WktCoordinateSystemVlr(_local_system(options.unit)))
+        header.global_encoding.wkt = True
     step, header.offsets = las_grid(points)
     header.scales = np.full(3, step)
     cloud = laspy.LasData(header)
@@ -77,6 +82,12 @@ def residuals_las(fitted: Fitted, options: ExportOptions) -> bytes:
     stream = BytesIO()
     cloud.write(stream)
     return stream.getvalue()
+
+
+def _local_system(unit: Unit) -> str:
+    """Well-known text (OGC 01-009) of a coordinate system that says its unit only; LAS is in meters else."""
+    length = f'UNIT["{unit}",{METERS[unit]!r}]'
+    return f'LOCAL_CS["primfit",LOCAL_DATUM["unknown",0],{length},AXIS["X",OTHER],AXIS["Y",OTHER]]'
 
 
 def las_grid(points: Array) -> tuple[float, Array]:

@@ -95,10 +95,11 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
     evidence = best.claim.evidence
     cloud = evidence.cloud
     extents, uncertainty = _parts(best, config.include, decision.status != "no_fit")
+    alternatives = tuple(_alternative(fitted[rival.kind], config.include) for rival in decision.rivals)
     return Recognition(
         status=decision.status,
         primitive=best.answered,
-        alternatives=tuple(_alternative(fitted[rival.kind], config.include) for rival in decision.rivals),
+        alternatives=alternatives,
         error=best.error,
         noise=best.attempt.noise,
         attempts=tuple(tried.attempt for tried in told),
@@ -107,7 +108,7 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
         active_constraints=config.constraints.effects(best.answered),
         extents=extents,
         uncertainty=uncertainty,
-        conformance=_conformance(decision, best, fitted, uncertainty, config),
+        conformance=_conformance(decision, best, uncertainty, alternatives, config),
         inlier_rule=InlierRule(cloud.frame.restore(evidence.primitive), cloud.frame.scale * evidence.reach),
         include=config.include,
         unit=config.unit,
@@ -117,17 +118,15 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
 def _conformance(
     decision: Decision,
     best: Fitted,
-    fitted: Mapping[str, Fitted],
     uncertainty: Uncertainty | None,
+    alternatives: tuple[Alternative, ...],
     config: Config,
 ) -> Conformance | None:
     """The verdict on what was asked for; a kind that was refused conforms to nothing."""
     candidates: list[Candidate] = []
     if decision.status != "no_fit":
         candidates.append(Candidate(best.answered, best.error, uncertainty))
-    if config.nominal is not None:
-        rivals = [fitted[each.kind] for each in decision.rivals if each.kind == config.nominal.kind]
-        candidates += [Candidate(each.answered, each.error, None) for each in rivals]
+        candidates += [Candidate(each.primitive, each.error, each.uncertainty) for each in alternatives]
     return conformance(config.nominal, config.form_tolerance, candidates)
 
 

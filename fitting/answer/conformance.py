@@ -16,7 +16,8 @@ from ..names import KindName
 from ..primitives import DIRECTIONS, VECTORS, direction_of, parameters
 from ..primitives.primitive import Primitive
 from ..request.nominal import Nominal, Target
-from ..uncertainty.values import Uncertainty
+from ..uncertainty.values import Interval, Uncertainty
+from ..uncertainty.warnings import MOST_TURNED
 from .values import ErrorSummary
 
 Verdict = Literal["within", "beyond", "undecided"]
@@ -134,7 +135,7 @@ def _parameters(found: Candidate, nominal: Nominal) -> Iterator[Check]:
     measured = parameters(found.primitive)
     for name, target in nominal.targets.items():
         deviation = _deviation(found.primitive, name, target)
-        ends = _ends(found, name, deviation)
+        ends = _ends(found, name, target, deviation)
         value: Any = measured[name]
         yield Check(
             name=name,
@@ -157,22 +158,28 @@ def _deviation(primitive: Primitive, name: str, target: Target) -> float:
         toward = unit(np.asarray(wanted))
         across = np.linalg.norm(np.cross(value, toward))
         return math.atan2(float(across), abs(float(value @ toward)))
-    off: Array = np.asarray(wanted) - value
     if name != "point":
-        return float(np.linalg.norm(off))
-    direction = direction_of(primitive.kind)
-    along = getattr(primitive, str(direction))
-    height = float(off @ along)
-    return abs(height) if direction == "normal" else float(np.linalg.norm(off - height * along))
+        return float(np.linalg.norm(np.asarray(wanted) - value))
+    return _across_and_along(primitive, target)[0]
 
 
-def _ends(found: Candidate, name: str, deviation: float) -> Ends | None:
+def _across_and_along(primitive: Primitive, target: Target) -> tuple[float, float]:
+    """How far a nominal `point` is from the measured one across an axis or a plane, and how far along it."""
+    name = str(direction_of(primitive.kind))
+    direction: Array = getattr(primitive, name)
+    off: Array = np.asarray(target.value) - primitive.point  # type: ignore[attr-defined]
+    height = float(off @ direction)
+    beside = float(np.linalg.norm(off - height * direction))
+    return (abs(height), beside) if name == "normal" else (beside, abs(height))
+
+
+def _ends(found: Candidate, name: str, target: Target, deviation: float) -> Ends | None:
     """The 95% interval of a deviation, infinite where the points do not bound it; None if it is not known."""
     known = found.uncertainty
     if known is None:
         return None
     if name in VECTORS:
-        reach = _reach(known, name)
+        reach = _reach(found.primitive, known, name, target)
         return None if reach is None else (max(0.0, deviation - reach), deviation + reach)
     if name not in known.intervals:
         return None
@@ -181,19 +188,39 @@ def _ends(found: Candidate, name: str, deviation: float) -> Ends | None:
     return low, math.inf if interval.high is None else deviation + interval.high - value
 
 
-def _reach(known: Uncertainty, name: str) -> float | None:
+def _reach(primitive: Primitive, known: Uncertainty, name: str, target: Target) -> float | None:
     """How far off a direction or position may be in 95 of 100 cases."""
     if name in DIRECTIONS:
         return None if known.direction is None else known.direction.radius_95
     if name == "point":
-        return None if known.position is None else known.position.radius_95
-    intervals = [known.intervals.get(f"{name}.{letter}") for letter in "xyz"]
-    widths = [
-        math.inf if each.low is None or each.high is None else 0.5 * (each.high - each.low)
-        for each in intervals
-        if each is not None
+        return _reach_of_point(primitive, known, target)
+    halves = [
+        _longer_half(float(value), known.intervals.get(f"{name}.{letter}"))
+        for letter, value in zip("xyz", getattr(primitive, name), strict=True)
     ]
-    return math.hypot(*widths) if len(widths) == 3 else None
+    return None if None in halves else math.hypot(*cast(list[float], halves))
+
+
+def _reach_of_point(primitive: Primitive, known: Uncertainty, target: Target) -> float | None:
+    """That of the position, and of the direction where the nominal point is far from the measured one.
+
+    An axis turns about the middle of its points: where these are far away, it is known less well.
+    """
+    if known.position is None or known.direction is None:
+        return None
+    turned = known.direction.radius_95
+    lever = _across_and_along(primitive, target)[1]
+    swing = math.inf if turned >= MOST_TURNED else lever * math.tan(turned)
+    return math.hypot(known.position.radius_95, swing)
+
+
+def _longer_half(value: float, interval: Interval | None) -> float | None:
+    """Of the interval of a coordinate, infinite where an end is open; None if it is not known."""
+    if interval is None:
+        return None
+    if interval.low is None or interval.high is None:
+        return math.inf
+    return max(value - interval.low, interval.high - value)
 
 
 def _finite(end: float) -> float | None:

@@ -1,14 +1,14 @@
 """An answer in words and aligned numbers: the rows that `print`, the command line and the report show."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from ..extents import EXTENTS
 from ..extents.values import Row, large
 from ..plain import worded
 from ..primitives import DIRECTIONS, direction_of, is_angle, is_length
-from ..words import between, digits, figure, listed, part, with_unit
+from ..words import DIGITS, as_given, between, digits, figure, listed, part, with_unit
 
 SYMMETRIC = 0.05
 """Relative difference of the two halves of an interval up to which it is shown as one half-width."""
@@ -25,8 +25,13 @@ VERDICTS = {
     "undecided": "undecided: an interval reaches over its tolerance",
 }
 
+OTHER_SHAPE = "another shape than asked for"
+
 _LABEL_WIDTH = 17
 _COLUMN = 17
+_FEWEST, _MOST = 9, 17
+"""Digits of a coordinate."""
+
 _HALF = 2
 """Digits of half an interval."""
 
@@ -167,23 +172,56 @@ def _conformance(answer: Answer) -> Iterator[Row]:
     """What was asked for, and what became of it."""
     found = answer.get("conformance") or {"verdict": None, "checks": []}
     if found["verdict"] is not None:
-        yield "verdict", VERDICTS[found["verdict"]] if found["kind"] else "another shape than asked for"
+        yield "verdict", _verdict(found, answer)
     for check in found["checks"]:
         yield worded(check["name"]), _check(check, _unit(answer))
+
+
+def _verdict(found: Mapping[str, Any], answer: Answer) -> str:
+    first = (answer["primitive"] or {}).get("kind")
+    return verdict_in_words(found["verdict"], found["kind"], answer["status"], first)
+
+
+def verdict_in_words(verdict: str, kind: str | None, status: str, first: str | None) -> str:
+    """A verdict on a kind, which is named where it is not the first one of the answer."""
+    if kind is None:
+        return "beyond tolerance: no kind explains the points" if status == "no_fit" else OTHER_SHAPE
+    word, colon, why = VERDICTS[verdict].partition(": ")
+    return word + ("" if kind == first else f" as a {kind}") + colon + why
 
 
 def _check(check: Mapping[str, Any], length: str | None) -> str:
     """A deviation with its interval, what is allowed, and the verdict."""
     name, low, high = check["name"], check["low"], check["high"]
+    limits = [] if check["upper"] is None else [check["lower"], check["upper"]]
     unit = length if name == "form" or is_length(name) else "rad"
-    text = f"{'error' if name == 'form' else 'deviation'} {figure(check['deviation'], unit)}"
-    if low is not None and high is not None:
+    deviation = figure(check["deviation"], unit, _digits_beside(check["deviation"], limits))
+    text = f"{'error' if name == 'form' else 'deviation'} {deviation}"
+    if low is not None or high is not None:
         text += f" ({between(low, high, unit)})"
-    if check["upper"] is None:
+    if not limits:
         return text
-    lower, upper = check["lower"], check["upper"]
-    allowed = between(lower, upper, unit) if lower else f"up to {figure(upper, unit)}"
+    if low is None and high is None and name != "form":
+        text += f" ({between(None, None) if check['verdict'] == 'undecided' else 'interval not known'})"
+    one_sided = name == "form" or isinstance(check["nominal"], list)
+    allowed = f"up to {as_given(limits[1], unit)}" if one_sided else _limits(limits[0], limits[1], unit)
     return f"{text}, allowed {allowed}: {check['verdict']}"
+
+
+def _limits(lower: float, upper: float, unit: str | None) -> str:
+    """Deviations of a number that are allowed, as they were given."""
+    if lower == upper:
+        return as_given(upper, unit)
+    if lower == -upper:
+        return f"\u00b1 {as_given(upper, unit)}"
+    return f"{as_given(lower)} to {as_given(upper, unit)}"
+
+
+def _digits_beside(value: float, limits: Iterable[float]) -> int:
+    """As many digits as tell a number from limits that it is not."""
+    others = [limit for limit in limits if limit != value]
+    enough = (n for n in range(DIGITS, WELL_KNOWN) if all(digits(value, n) != digits(o, n) for o in others))
+    return next(enough, WELL_KNOWN)
 
 
 def _warnings(answer: Answer) -> list[str]:
@@ -293,13 +331,13 @@ _LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95%", "p95"), ("max", "max"))
 
 
 def _known_to(value: float, interval: Mapping[str, Any] | None) -> str:
-    """With two digits of its standard deviation, far from the origin too, as long as a column holds them."""
-    deviation = 0.0 if interval is None else interval["standard_deviation"]
-    if not value or not deviation:
-        return f"{value:.9g}"
-    n_digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(deviation)) + 2
-    fitting = (f"{value:.{n}g}" for n in range(min(n_digits, 17), 9, -1))
-    return next((text for text in fitting if len(text) < _COLUMN), f"{value:.9g}")
+    """With two digits of its standard deviation, and no fewer than nine, as long as a column holds them."""
+    deviation, n_digits = 0.0 if interval is None else interval["standard_deviation"], _FEWEST
+    if value and deviation:
+        known = math.floor(math.log10(abs(value))) - math.floor(math.log10(deviation)) + 2
+        n_digits = min(max(known, _FEWEST), _MOST)
+    fitting = (f"{value:.{n}g}" for n in range(n_digits, 0, -1))
+    return next(text for text in fitting if len(text) < _COLUMN)
 
 
 def _aligned(text: str) -> str:

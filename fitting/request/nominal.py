@@ -98,7 +98,7 @@ def _value(name: str, where: str, given: object) -> float | Triple:
 
 def _limits(where: str, given: object, vector: bool) -> tuple[float, float]:
     """The least and the largest deviation that are allowed."""
-    if vector or not isinstance(given, Iterable):
+    if vector or isinstance(given, str) or not isinstance(given, Iterable):
         most = number(where, given)
         if not 0.0 <= most <= LARGEST:
             raise InvalidOptionError(f"{where} is {most:g}; it must not be negative", where)

@@ -128,10 +128,10 @@ def _axis(found: Findings) -> Told:
 def _correlation(found: Findings) -> Told:
     if found.correlation_length is not None:
         span = figure(found.correlation_length, found.unit)
-        equal = (
-            f"{found.n_points:,} points tell as much as {found.effective_points:,.0f} with independent noise"
-        )
-        yield "correlated_noise", f"neighbors share their noise over about {span}: {equal}"
+        n_alone = round(found.effective_points)
+        alone = f"{n_alone:,} independent ones" if n_alone > 1 else "one alone"
+        equal = f"{found.n_points:,} points tell no more than {alone}"
+        yield "correlated_noise", f"neighboring points deviate alike over about {span}: {equal}"
 
 
 def _range(name: str, found: Findings) -> str:

@@ -57,7 +57,7 @@ def test_the_command_line_takes_them_and_prints_the_verdict(tmp_path: Path) -> N
     _check(json.loads(_run("fit", "--json", *words, FILE).stdout))
     shown = _run("fit", *words, "--unit", "mm", FILE).stdout
     assert "verdict          beyond tolerance" in shown
-    assert "allowed up to 0.0100 mm: beyond" in shown and "allowed -0.0500 to 0.0500 mm: within" in shown
+    assert "allowed up to 0.01 mm: beyond" in shown and "allowed ± 0.05 mm: within" in shown
     assert _run("batch", *words, "--workers", 1, "--out", tmp_path, FILE).exit_code == 0
     _check(json.loads((tmp_path / "cylinder.json").read_bytes()))
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from ..alphabet import write_in_any_alphabet
 from ..ending import ended_plainly
 from .batch import batch
 from .fit import fit
@@ -67,6 +68,7 @@ app.command(
 
 def main() -> None:
     """Entry point of the `primfit` command, which has this name as `python -m primfit`, too."""
+    write_in_any_alphabet()
     app(prog_name="primfit")
 
 

@@ -12,7 +12,7 @@ from primfit.fitting.names import Unit
 
 from ...engine.segments import Segment
 from ..fitted import check_extents
-from ..options import ExportOptions
+from ..options import ExportOptions, unit_of
 from .geometry import assembly, scene
 from .overview import overview
 from .part import PICTURED, Part, pictured
@@ -90,13 +90,5 @@ def write_many(parts: Sequence[Part], artifact: str, options: ExportOptions) -> 
         for part in parts:
             if part.recognition is not None:
                 check_extents(part.recognition.include)
-    return MANY[artifact](parts, replace(options, unit=options.unit or _unit_of(parts)))
-
-
-def _unit_of(parts: Sequence[Part]) -> Unit | None:
-    """That of all answers; None where it is not known, `InvalidOptionError` where they differ."""
-    units = {part.recognition.unit for part in parts if part.recognition is not None}
-    if len(units) > 1:
-        told = ", ".join(sorted(unit or "none" for unit in units))
-        raise InvalidOptionError(f"the answers are in different units ({told}); fit them with one", "unit")
-    return next(iter(units), None)
+    answers = [part.recognition for part in parts if part.recognition is not None]
+    return MANY[artifact](parts, replace(options, unit=unit_of(answers, options.unit)))

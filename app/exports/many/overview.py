@@ -8,6 +8,7 @@ import numpy as np
 
 from primfit.fitting.plain import worded
 from primfit.fitting.primitives import SIZES, is_angle
+from primfit.fitting.words import with_unit
 
 from ..options import ExportOptions
 from ..report.markup import Markup, element, joined, table
@@ -20,7 +21,8 @@ _NUMBERS = ("rms of the inliers", "inliers", "points")
 _OWN_STYLE = Markup("""
 .part { display: grid; grid-template-columns: minmax(0, 1fr) minmax(0, 2fr); gap: 0 1.5rem; }
 .part figure { align-self: start; }
-.part pre { margin: 0; font-size: 0.8rem; }
+.part pre { margin: 0; font-size: 0.8rem; white-space: pre-wrap; }
+body > table td:last-child, body > .wide td:last-child { min-width: 16rem; }
 @media (max-width: 44rem) { .part { grid-template-columns: 1fr; } }
 """)
 _CLASSES = {"problem": "failed"}
@@ -32,10 +34,11 @@ def overview(parts: Sequence[Part], options: ExportOptions) -> bytes:
     counts = Counter(part.status for part in parts)
     told = ", ".join(f"{counts[status]:,} {worded(status)}" for status in SHOWN if counts[status])
     header = element("header", element("h1", title), element("p", told))
-    rows = (_row(part, number) for number, part in enumerate(parts))
+    rows = (_row(part, number, options.unit) for number, part in enumerate(parts))
     numbers = (element("th", title, class_="number", scope="col") for title in _NUMBERS)
     columns = ("", "status", "kind", "size", *numbers, "")
-    foot = element("footer", "Made by primfit. Lengths are in the unit of the input.")
+    unit = options.unit or "that of the input, which is not given"
+    foot = element("footer", f"Made by primfit. Unit of lengths: {unit}.")
     body = element("body", header, table(rows, columns), *_sections(parts), foot)
     return f'<!doctype html>\n<html lang="en"><head>{_head(title)}</head>{body}</html>\n'.encode()
 
@@ -51,7 +54,7 @@ def _head(title: str) -> Markup:
     )
 
 
-def _row(part: Part, number: int) -> Iterator[object]:
+def _row(part: Part, number: int, unit: str | None) -> Iterator[object]:
     """A link to its section where it has one, and what people look for first."""
     is_shown = number < PICTURED and part.recognition is not None
     yield element("a", part.name, href=f"#part-{number}") if is_shown else part.name
@@ -61,8 +64,8 @@ def _row(part: Part, number: int) -> Iterator[object]:
         yield from ("-", "-", *map(_number, "--"))
     else:
         yield found.primitive.kind
-        yield _sizes(found.primitive)
-        yield _number(f"{found.error.inlier_rms:.4g}")
+        yield _sizes(found.primitive, unit)
+        yield _number(with_unit(f"{found.error.inlier_rms:.4g}", unit))
         yield _number(f"{found.error.inlier_share:.1%}")
     yield _number("-" if found is None else f"{found.n_points:,}")
     yield part.message
@@ -72,11 +75,12 @@ def _number(content: str) -> Markup:
     return element("td", content, class_="number")
 
 
-def _sizes(primitive: object) -> str:
+def _sizes(primitive: object, unit: str | None) -> str:
     """Its radii and angles in words."""
     sizes = ((name, getattr(primitive, name, None)) for name in SIZES)
     return ", ".join(
-        f"{worded(name)} {np.degrees(value):.6g}\u00b0" if is_angle(name) else f"{worded(name)} {value:.6g}"
+        f"{worded(name)} "
+        + (f"{np.degrees(value):.6g}\u00b0" if is_angle(name) else with_unit(f"{value:.6g}", unit))
         for name, value in sizes
         if value is not None
     )

@@ -1,6 +1,6 @@
 """One HTML file about one answer, with its pictures in it: it needs nothing else, and no network."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -104,7 +104,7 @@ def _fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     every, inliers = Deviations.of(residuals.distance), Deviations.of(inlying)
     limit = _limit(fitted)
     yield figures(fitted, inliers, unit)
-    yield from _warnings(recognition.uncertainty)
+    yield from _warnings(recognition.warnings, recognition.uncertainty)
     yield from _tolerances(fitted, unit)
     yield from _numbers(fitted, unit)
     yield _views(fitted, limit, unit)
@@ -120,10 +120,11 @@ def _fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     yield element("div", _receipt(fitted), class_="receipt")
 
 
-def _warnings(known: Uncertainty | None) -> Iterator[Markup]:
-    if known and known.warnings:
-        items = (element("li", warning.message) for warning in known.warnings)
-        yield element("ul", *items, class_="warnings")
+def _warnings(about_points: Sequence[str], known: Uncertainty | None) -> Iterator[Markup]:
+    """What to know of the points, and of the parameters."""
+    told = [*about_points, *(warning.message for warning in (known.warnings if known else ()))]
+    if told:
+        yield element("ul", *(element("li", text) for text in told), class_="warnings")
 
 
 def _tolerances(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
@@ -131,7 +132,8 @@ def _tolerances(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
     found = fitted.recognition.conformance
     if found is not None:
         rows = [checks_table(found.checks, unit)] if found.checks else []
-        yield _section("Tolerances", f"{in_words(found).capitalize()}.", *rows)
+        verdict = in_words(found, fitted.recognition.status, fitted.primitive.kind)
+        yield _section("Tolerances", f"{verdict.capitalize()}.", *rows)
 
 
 def _numbers(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
@@ -173,7 +175,7 @@ def _alternative(fitted: Fitted, other: Alternative, unit: str | None) -> Markup
     told = f"It explains the points as well as the {fitted.primitive.kind}, which the pictures show."
     parameters = tables.parameters_table(other.primitive, known, fitted.size, unit)
     distances = tables.distances_table(other.error, fitted.rounding, unit)
-    parts = [_section(f"Alternative: {kind}", told, *_warnings(known), parameters, distances)]
+    parts = [_section(f"Alternative: {kind}", told, *_warnings((), known), parameters, distances)]
     if other.extents:
         parts.append(
             _section(f"Extents of the {kind}", "", tables.extents_table(other.extents, fitted.size, unit))
@@ -182,6 +184,7 @@ def _alternative(fitted: Fitted, other: Alternative, unit: str | None) -> Markup
 
 
 def _no_fit_parts(fitted: Fitted, unit: str | None) -> Iterator[Markup]:
+    yield from _warnings(fitted.recognition.warnings, None)
     yield from _tolerances(fitted, unit)
     yield _views(fitted, 0.0, unit)
     yield _tried(fitted, unit)

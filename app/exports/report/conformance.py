@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from primfit.fitting.answer.conformance import Check, Conformance
-from primfit.fitting.answer.summary import VERDICTS
+from primfit.fitting.answer.summary import verdict_in_words
 from primfit.fitting.plain import worded
 from primfit.fitting.primitives import is_length
 
@@ -15,16 +15,16 @@ from .tables import cell, column
 _CLASSES = {"within": "accepted", "beyond": "failed", "undecided": "refused"}
 
 
-def in_words(found: Conformance) -> str:
-    """The verdict."""
-    if found.kind is None:
-        return "another shape than asked for"
-    return "no tolerance was given" if found.verdict is None else VERDICTS[found.verdict]
+def in_words(found: Conformance, status: str, kind: str) -> str:
+    """The verdict on an answer of this status that shows this kind."""
+    if found.verdict is None:
+        return "no tolerance was given"
+    return verdict_in_words(found.verdict, found.kind, status, kind)
 
 
 def checks_table(checks: Sequence[Check], unit: str | None) -> Markup:
-    """A row for each quantity, whose lengths are in one unit."""
-    header = ("", *map(column, ("nominal", "deviation", "95% interval", "allowed")), "")
+    """A row for each quantity, whose lengths are in one unit; on a phone the first columns are seen."""
+    header = ("", "", *map(column, ("deviation", "allowed", "95% interval", "nominal")))
     return table((_row(check, unit) for check in checks), header)
 
 
@@ -35,14 +35,17 @@ def _row(check: Check, unit: str | None) -> tuple[object, ...]:
     if check.name == "form" or is_length(check.name):
         of = Unit.of(max(map(abs, (check.deviation, *limits, *ends))), unit)
     deviation, interval = of.short(check.deviation), ""
-    if len(ends) == 2 and ends[0] != ends[1]:
-        known = (ends[1] - ends[0]) / 2.0 * of.factor
-        deviation, *shown = (rounded(value * of.factor, known) for value in (check.deviation, *ends))
-        interval = " to ".join(shown)
+    known = max((abs(end - check.deviation) for end in ends), default=0.0) * of.factor
+    if known:
+        deviation = rounded(check.deviation * of.factor, known)
+        low, high = (end and rounded(end * of.factor, known) for end in (check.low, check.high))
+        interval = (
+            f"{low} to {high}" if len(ends) == 2 else f"at least {low}" if high is None else f"at most {high}"
+        )
     allowed = " to ".join(f"{limit * of.factor:.6g}" for limit in limits)
-    texts = (_nominal(check, unit), _with(deviation, of), _with(interval, of), _with(allowed, of))
+    texts = (_with(deviation, of), _with(allowed, of), _with(interval, of), _nominal(check, unit))
     verdict = element("span", check.verdict or "", class_=_CLASSES.get(check.verdict or "", ""))
-    return (worded(check.name), *map(cell, texts), element("td", verdict))
+    return (worded(check.name), element("td", verdict), *map(cell, texts))
 
 
 def _with(text: str, of: Unit) -> str:

@@ -42,7 +42,7 @@ def headline(fitted: Fitted, inliers: Deviations, unit: str | None) -> Iterator[
     yield "kind", _kinds(fitted), ""
     asked = recognition.conformance
     if asked is not None:
-        verdict, _, why = in_words(asked).partition(": ")
+        verdict, _, why = in_words(asked, recognition.status, fitted.primitive.kind).partition(": ")
         yield "verdict", verdict, why
     yield from _sizes(fitted, unit)
     if recognition.extents is not None:

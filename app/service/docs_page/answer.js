@@ -17,8 +17,16 @@ function parsed(text) {
   try { return text.trim().split("\n").map(line => JSON.parse(line)); } catch { return null; }
 }
 
-const parameterRows = ({ kind, ...parameters }) =>
-  Object.entries(parameters).map(([name, value]) => [`\`${name}\``, [value].flat().map(digits).join(", ")]);
+const UNITS = { axis: "", normal: "", half_angle: " rad" };
+
+/** The parameters, lengths in a unit; empty where it is not known. */
+const parameterRows = ({ kind, ...parameters }, unit) =>
+  Object.entries(parameters).map(([name, value]) =>
+    [`\`${name}\``, [value].flat().map(digits).join(", ") + (UNITS[name] ?? unit)]);
+
+/** What to know of the points and of the parameters. */
+const warningsOf = ({ warnings, uncertainty }) =>
+  [...(warnings || []), ...((uncertainty || {}).warnings || []).map(warning => warning.message)];
 
 function addFound(parent, answer, points) {
   const box = make("div", "", parent), line = make("p", "", box);
@@ -26,15 +34,17 @@ function addFound(parent, answer, points) {
   if (answer.id) line.append(`${answer.id}: `);
   makePlain("strong", answer.primitive ? `${answer.primitive.kind}, ${answer.status}` : answer.status, line);
   line.append(` ${answer.message}`);
-  for (const warning of answer.warnings || []) if (typeof warning === "string") makePlain("p", warning, box);
+  const unit = answer.receipt.unit ? ` ${answer.receipt.unit}` : "", asked = answer.conformance;
+  if (asked && asked.verdict) makePlain("p", `Tolerances: ${asked.verdict}.`, box);
+  for (const warning of warningsOf(answer)) makePlain("p", warning, box);
   addPicture(box, answer, points && points.length === answer.receipt.n_points ? points : null);
-  const rows = parameterRows(answer.primitive || {});
-  if (answer.error) rows.push(["rms distance", digits(answer.error.rms)]);
-  if (answer.noise) rows.push(["scale of the noise", digits(answer.noise.scale)]);
+  const rows = parameterRows(answer.primitive || {}, unit);
+  if (answer.error) rows.push(["rms distance", digits(answer.error.rms) + unit]);
+  if (answer.noise) rows.push(["scale of the noise", digits(answer.noise.scale) + unit]);
   addRows(box, rows);
   for (const { error, extents, uncertainty, evidence, ...other } of answer.alternatives) {
     make("h3", `Or a ${other.kind}`, box);
-    addRows(box, [...parameterRows(other), ["rms distance", digits(error.rms)]]);
+    addRows(box, [...parameterRows(other, unit), ["rms distance", digits(error.rms) + unit]]);
   }
   make("h3", "What was tried", box);
   const tried = answer.attempts.map(attempt =>

@@ -1,7 +1,9 @@
 """One call, several artifacts: over HTTP as a ZIP, on the command line, in Python."""
 
+import csv
 import io
 import json
+import re
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -114,7 +116,12 @@ def test_any_kind_of_an_ambiguous_answer_is_exported(service: Any) -> None:
     assert found.status == "ambiguous"
     kinds = [each.kind for each in (found.primitive, *(other.primitive for other in found.alternatives))]  # type: ignore[union-attr]
     for kind in kinds:
-        assert f",{kind}," in primfit.export(found, "csv", export_kind=kind).decode()
+        (row,) = csv.DictReader(primfit.export(found, "csv", export_kind=kind).decode().splitlines())
+        (noise,) = (tried.noise for tried in found.attempts if tried.kind == kind)
+        assert row["kind"] == kind and float(row["noise_scale"]) == noise.scale  # type: ignore[union-attr]
+        page = primfit.export(found, "report", export_kind=kind).decode()
+        others = [f"Alternative: {other}" for other in kinds if other != kind]
+        assert re.findall("Alternative: [a-z]+", page) == others
         request = json.dumps({"points": strip.tolist()}).encode()
         response = _export(service, request, "application/json", artifacts="csv", export_kind=kind)
         with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
@@ -131,6 +138,8 @@ def test_an_stl_far_from_the_origin_is_about_an_origin_that_it_tells(service: An
     assert said["artifact"] == "stl" and "less (500" in said["warning"]
     with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
         content = archive.read("primitive.stl")
+    with pytest.warns(UserWarning, match="too coarse so far from the origin"):
+        primfit.export(primfit.fit(points), "stl")
     origin = [float(word) for word in content[:80].decode().partition(" about ")[2].split()]
     corners = np.frombuffer(content[84:], np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]))[
         "c"

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -107,6 +108,8 @@ def test_a_report_lists_all_and_shows_the_fits_with_their_pictures() -> None:
     assert [row[0].findtext("a") or row[0].text for row in rows] == sorted(CLOUDS)
     assert page.count("<svg") == 6 and page.count("<section") == 6
     assert "2 points given" in page and "5 fitted, 1 no fit, 1 problem" in page
+    assert re.search(r"<td>radius [\d.]+ m</td>", page) and re.search(r'class="number">[\d.e-]+ m</td>', page)
+    assert "Unit of lengths: m." in page
     for link in root.iter("a"):
         assert root.find(f".//*[@id='{link.get('href', '').lstrip('#')}']") is not None
     assert len(page) < 40_000 * 6

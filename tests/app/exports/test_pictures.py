@@ -75,7 +75,10 @@ def test_a_plot_has_all_points_colored_by_residual_and_the_outline_in_equal_scal
     low, high = dots.get_clim()
     assert low == -high < 0.0
     assert len(axes.lines) > 0
-    assert kind in axes.get_title()
+    assert kind in axes.get_title() and axes.get_xlabel() == "x"
+    in_mm = primfit.fit(points, kinds=[kind], unit="mm")
+    assert " mm<" in primfit.picture(in_mm)
+    assert in_mm.plot(axes).get_zlabel() == "z [mm]"
     matplotlib.pyplot.close(axes.figure)
 
 

@@ -13,6 +13,7 @@ from primfit.app.exports import FORMATS
 from primfit.app.exports.residual_files import las_grid
 from primfit.app.readers import read
 from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.names import UNITS, Unit
 
 FILES = tuple(name for name in FORMATS if name.startswith("residuals_"))
 
@@ -73,6 +74,14 @@ def test_files_hold_every_digit(offset: float) -> None:
 
     for name in FILES[1:]:
         np.testing.assert_allclose(read(memoryview(files[name])).points, points, rtol=1e-15, atol=4e-15)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_las_file_says_the_unit(unit: Unit) -> None:
+    """Else the millimeters in it are read as meters."""
+    points, _ = _cloud()
+    cloud = read(memoryview(primfit.export(primfit.fit(points, unit=unit), "residuals_las")))
+    assert (cloud.unit, cloud.unit_from, cloud.warnings) == (unit, "header", ())
 
 
 @pytest.mark.parametrize("size", [1e-90, 1e-3, 1.0, 7e8, 1e90])

@@ -1,5 +1,6 @@
 """STEP files read back by an independent CAD kernel; without it (extra `cad`) only what the text shows."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -7,8 +8,11 @@ import numpy as np
 import pytest
 
 from primfit.app.exports import NothingToExportError, export
+from primfit.app.exports.pictures import picture
 from primfit.fitting.answer.result import Recognition
+from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.geometry.vectors import Array
+from primfit.fitting.names import Unit
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
@@ -134,10 +138,19 @@ def test_a_cad_kernel_reads_the_same_face(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("unit", "millimetres"), [("m", 1000.0), ("inch", 25.4)])
-def test_units_are_said(unit: str, millimetres: float, tmp_path: Path) -> None:
-    recognition = recognized("pipe")
-    found = parameters_of(read_back(export(recognition, "step", unit=unit), tmp_path))
+def test_units_are_said(unit: Unit, millimetres: float, tmp_path: Path) -> None:
+    recognition = replace(recognized("pipe"), unit=unit)
+    found = parameters_of(read_back(export(recognition, "step"), tmp_path))
     assert found["Radius"] == pytest.approx(8.0 * millimetres, rel=1e-9)
+
+
+def test_a_known_unit_is_not_taken_for_another_one() -> None:
+    recognition = replace(recognized("pipe"), unit="m")
+    for write in (lambda: export(recognition, "step", unit="mm"), lambda: picture(recognition, unit="mm")):
+        with pytest.raises(InvalidOptionError, match="unit is mm, but the fit was in m;"):
+            write()
+    unknown = replace(recognition, unit=None)
+    assert export(unknown, "step", unit="m") == export(recognition, "step")
 
 
 @pytest.mark.parametrize("name", PIECES)

@@ -160,6 +160,18 @@ def test_it_fits_a_file_with_options(page: Browser) -> None:
     assert "sphere, no_fit" in _found(page)
 
 
+def test_it_says_the_unit_the_verdict_and_what_to_know(page: Browser) -> None:
+    page.run(
+        """document.querySelector('#fit + p + .trial input[type=text]').value =
+        '{"kinds": ["cylinder"], "unit": "mm", "form_tolerance": 1e-9, "columns": [1, 2, 3]}'"""
+    )
+    _clear(page)
+    page.click("#fit + p + .trial .send")
+    found = _found(page)
+    assert re.search(r"radius\s*12\.5\d* mm", found) and "Tolerances: beyond." in found
+    assert re.search(r"axis\s*[-\d., ]+\d\s*point", found)
+
+
 def test_it_draws_the_points_that_were_sent(page: Browser) -> None:
     _clear(page)
     page.run("document.querySelector('#fit + p + .trial input[type=file]').value = ''")

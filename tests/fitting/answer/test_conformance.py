@@ -71,6 +71,24 @@ def test_a_point_deviates_from_a_plane_by_its_height_and_a_center_by_its_distanc
     assert found and found.checks[0].deviation == pytest.approx(3.0) and found.verdict == "beyond"
 
 
+@pytest.mark.parametrize("kind", ["cylinder", "plane"])
+def test_far_along_an_axis_or_plane_a_position_is_known_less_well(kind: str) -> None:
+    """A hundred lengths away, the least error of the direction moves it by more than that of the position."""
+    surface: Any = Cylinder(np.array([0.0, 0.0, 1.0]), np.zeros(3), 5.0)
+    first, second = RNG.uniform(0.0, 6.0, 400), RNG.uniform(0.0, 10.0, 400)
+    if kind == "plane":
+        surface = Plane(np.array([0.0, 0.0, 1.0]), np.zeros(3))
+    points = surface.surface(first, second) + RNG.normal(0.0, NOISE, (400, 3))
+    far = [1000.0, 0.0, 0.0] if kind == "plane" else [0.0, 0.0, 1000.0]
+    for place, most in (([0.0, 0.0, 0.0], 0.02), (far, 5.0)):
+        nominal = Nominal.of({"kind": kind, "point": {"value": place, "tolerance": 0.02}})
+        found = recognize(points, Config(kinds=(kind,), nominal=nominal)).conformance  # type: ignore[arg-type]
+        assert found is not None
+        (check,) = found.checks
+        assert check.low == 0.0 and check.high is not None and check.high < most
+        assert check.verdict == ("within" if most == 0.02 else "undecided")
+
+
 def test_the_form_error_is_that_of_the_inliers() -> None:
     stray = np.vstack([PIPE, [[60.0, 0.0, 10.0]]])
     for tolerance, verdict in ((0.2, "within"), (0.05, "beyond")):
@@ -99,9 +117,17 @@ def test_a_kind_of_an_ambiguous_answer_is_compared() -> None:
     strip = pipe.surface(rng.uniform(0.0, 0.1, 40), rng.uniform(0.0, 30.0, 40)) + rng.normal(
         0.0, 0.02, (40, 3)
     )
-    answer = recognize(strip, Config(nominal=Nominal.of({"kind": "cylinder", "radius": 100.0})))
+    nominal = Nominal.of({"kind": "cylinder", "radius": {"value": 100.0, "tolerance": 30.0}})
+    answer = recognize(strip, Config(nominal=nominal))
     assert answer.status == "ambiguous" and answer.primitive and answer.primitive.kind == "plane"
     assert answer.conformance and answer.conformance.kind == "cylinder"
+    (check,) = answer.conformance.checks
+    (known,) = (each.uncertainty for each in answer.alternatives if each.primitive.kind == "cylinder")
+    assert known is not None
+    interval = known.intervals["radius"]
+    assert check.low is not None and check.high is not None
+    assert (100.0 + check.low, 100.0 + check.high) == pytest.approx((interval.low, interval.high))
+    assert check.verdict == "undecided"
 
 
 def test_a_primitive_of_an_answer_is_a_nominal_one() -> None:
@@ -134,6 +160,7 @@ def test_what_was_asked_reads_back() -> None:
         ({"kind": "sphere", "radius": {"tolerance": 5}}, "nominal.radius"),
         ({"kind": "sphere", "radius": {"value": 5, "limits": 5}}, "nominal.radius"),
         ({"kind": "sphere", "radius": {"value": 5, "tolerance": -1}}, "nominal.radius.tolerance"),
+        ({"kind": "sphere", "radius": {"value": 5, "tolerance": "0.1"}}, "nominal.radius.tolerance"),
         ({"kind": "sphere", "radius": {"value": 5, "tolerance": [1, -1]}}, "nominal.radius.tolerance"),
         ({"kind": "sphere", "center": {"value": [0, 0, 0], "tolerance": [0, 1]}}, "nominal.center.tolerance"),
         ({"kind": "plane", "normal": [0, 0, 0]}, "nominal.normal"),
@@ -143,3 +170,4 @@ def test_what_cannot_be_meant_is_named(given: Any, field: str) -> None:
     with pytest.raises(InvalidOptionError) as caught:
         Nominal.of(given)
     assert caught.value.field == field
+    assert "'0'" not in str(caught.value)

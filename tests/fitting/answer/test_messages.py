@@ -10,6 +10,7 @@ from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.request.constraints import Constraints
+from primfit.fitting.uncertainty.warnings import Findings, warnings_of
 from tests.fitting.clouds import EXAMPLES, noisy, sample
 from tests.fitting.uncertainty.known import arc
 
@@ -128,3 +129,17 @@ def test_a_range_in_a_warning_has_the_unit_and_angles_are_in_degrees() -> None:
 def test_exact_points_are_said_to_lie_on_the_surface() -> None:
     answer = recognize(sample(EXAMPLES["torus"], 200))
     assert answer.message == "Every point lies on the torus within the rounding of the coordinates."
+
+
+@pytest.mark.parametrize(
+    ("effective", "said"), [(0.3, "one alone"), (1.2, "one alone"), (38.2, "38 independent ones")]
+)
+def test_points_that_deviate_alike_tell_as_much_as_one_at_least(effective: float, said: str) -> None:
+    found = Findings(
+        kind="plane", n_points=400, dof=3, determined=True, few=False, arcs={}, sizes={}, axis_95=None,
+        correlation_length=48.5, effective_points=effective, unit="mm",
+    )  # fmt: skip
+    (warning,) = warnings_of(found)
+    assert warning.message == (
+        f"Neighboring points deviate alike over about 48.5 mm: 400 points tell no more than {said}."
+    )

@@ -2,6 +2,7 @@
 
 import json
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -184,3 +185,69 @@ def test_plain_values_survive_json_to_the_last_bit() -> None:
 def test_an_exact_cloud_prints_too() -> None:
     text = str(recognize(sample(EXAMPLES["sphere"], 100)))
     assert "100% on it exactly" in text and "±" in text
+
+
+def _checked(**check: Any) -> str:
+    """The line of a radius, or another check, in millimeters."""
+    given = {
+        "name": "radius",
+        "nominal": 5.0,
+        "deviation": 0.1,
+        "low": None,
+        "high": None,
+        "verdict": "within",
+    }
+    answer = recognize(noisy(EXAMPLES["sphere"], 50, 0.01), Config(kinds=("sphere",), unit="mm")).to_dict()
+    found = {"verdict": "within", "kind": "sphere", "checks": [given | check]}
+    text = summary(answer | {"conformance": found, "receipt": {"unit": "mm", "n_points": 50}})
+    return text.split("\nverdict ")[1].splitlines()[1].partition("  ")[2].strip()
+
+
+@pytest.mark.parametrize(
+    ("check", "said"),
+    [
+        ({"low": 0.05, "high": 0.15, "lower": -0.2, "upper": 0.2},
+         "deviation 0.100 mm (0.0500 to 0.150 mm), allowed ± 0.2 mm: within"),
+        ({"low": 0.05, "high": 0.15, "lower": 0.0, "upper": 0.3},
+         "deviation 0.100 mm (0.0500 to 0.150 mm), allowed 0 to 0.3 mm: within"),
+        ({"low": 0.05, "lower": -0.2, "upper": 0.2, "verdict": "undecided"},
+         "deviation 0.100 mm (at least 0.0500 mm), allowed ± 0.2 mm: undecided"),
+        ({"lower": -0.2, "upper": 0.2}, "deviation 0.100 mm (interval not known), allowed ± 0.2 mm: within"),
+        ({"lower": -0.2, "upper": 0.2, "verdict": "undecided"},
+         "deviation 0.100 mm (not bounded by the points), allowed ± 0.2 mm: undecided"),
+        ({"name": "form", "deviation": 0.20004, "lower": 0.0, "upper": 0.2, "verdict": "beyond"},
+         "error 0.20004 mm, allowed up to 0.2 mm: beyond"),
+        ({"name": "center", "nominal": [1, 2, 3], "low": 0.0, "high": 0.15, "lower": 0.0, "upper": 0.2},
+         "deviation 0.100 mm (0 to 0.150 mm), allowed up to 0.2 mm: within"),
+    ],
+)  # fmt: skip
+def test_a_deviation_is_said_beside_what_is_allowed(check: dict[str, Any], said: str) -> None:
+    assert _checked(**check) == said
+
+
+def test_a_verdict_where_nothing_fits_claims_no_other_shape() -> None:
+    blob = np.random.default_rng(0).normal(size=(300, 3))
+    text = str(recognize(blob, Config(form_tolerance=1.0)))
+    assert "\nverdict          beyond tolerance: no kind explains the points\n" in text
+
+
+def test_a_verdict_names_the_kind_where_it_is_not_the_first() -> None:
+    answer = ambiguous().to_dict()
+    first, other = answer["primitive"]["kind"], answer["alternatives"][0]["kind"]
+    for verdict, kind, said in (
+        ("undecided", other, f"undecided as a {other}: an interval reaches over its tolerance"),
+        ("beyond", other, f"beyond tolerance as a {other}"),
+        ("within", first, "within tolerance"),
+    ):
+        found = {"verdict": verdict, "kind": kind, "checks": []}
+        assert f"\nverdict          {said}\n" in summary(answer | {"conformance": found})
+
+
+def test_numbers_of_a_vector_never_touch() -> None:
+    answer = recognize(noisy(EXAMPLES["cylinder"], 300, 0.01), Config(kinds=("cylinder",))).to_dict()
+    axis = [-0.000391588896123, -0.000102541885123, -0.999999917]
+    answer["primitive"] |= {"axis": axis, "point": [-1.2345678e-07, -5.76498154e-05, -1234567.891]}
+    for label in ("axis", "point"):
+        (line,) = (line for line in summary(answer).splitlines() if line.startswith(label))
+        shown = np.array(line.split()[1:], dtype=float)
+        np.testing.assert_allclose(shown, answer["primitive"][label], rtol=1e-7)
