@@ -4,9 +4,6 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.names import Unit
 
@@ -14,23 +11,25 @@ from .errors import UnreadableFileError, describe
 from .units import agreed_unit, unit_in
 
 _ALIASES = {
-    "x": ("x", "px", "pos_x", "pointx", "point_x", "coord_x", "points:0", "points_0"),
-    "y": ("y", "py", "pos_y", "pointy", "point_y", "coord_y", "points:1", "points_1"),
-    "z": ("z", "pz", "pos_z", "pointz", "point_z", "coord_z", "points:2", "points_2"),
+    "x": ("x", "px", "pos_x", "pointx", "point_x", "coord_x", "points:0", "points_0", "points_m_xyz:0"),
+    "y": ("y", "py", "pos_y", "pointy", "point_y", "coord_y", "points:1", "points_1", "points_m_xyz:1"),
+    "z": ("z", "pz", "pos_z", "pointz", "point_z", "coord_z", "points:2", "points_2", "points_m_xyz:2"),
     "nx": ("nx", "normal_x", "normalx", "normals:0", "normals_0"),
     "ny": ("ny", "normal_y", "normaly", "normals:1", "normals_1"),
     "nz": ("nz", "normal_z", "normalz", "normals:2", "normals_2"),
 }
 # Names of surveyors, which beside x, y and z are something else.
-_SURVEYED = {"easting": "x", "northing": "y", "elevation": "z", "height": "z"}
+_SURVEYED = {
+    "easting": "x", "east": "x", "rechtswert": "x",
+    "northing": "y", "north": "y", "hochwert": "y",
+    "elevation": "z", "elev": "z", "height": "z", "h\u00f6he": "z", "hoehe": "z",
+}  # fmt: skip
 AUTO_LABELS = "auto"
 _LABELS = ("label", "labels", "segment", "segment_id", "segments", "instance", "instance_id", "instances")
 _XYZ, _NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
 _NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in aliases}
 _NAME_LENGTH, _LISTED = 40, 12
 _A_NAME = re.compile(r"[^\W\d][\w .:/\[\]()-]{0,23}|\d{1,3}")
-# A first column of fewer numbers may count up by accident.
-_COUNTING = 3
 
 
 @dataclass(frozen=True)
@@ -125,6 +124,13 @@ def canonical(name: str) -> str | None:
     return _NAME_OF.get(_bare(name))
 
 
+def meanings(names: Sequence[str]) -> list[str | None]:
+    """What each of these names means, those of surveyors where no other name means the same."""
+    found = [canonical(name) for name in names]
+    surveyed = [_SURVEYED.get(_bare(name)) for name in names]
+    return [a or (b if b not in found else None) for a, b in zip(found, surveyed, strict=True)]
+
+
 def _bare(name: str) -> str:
     bare = re.sub(r"[\[(].*$", "", name.strip().strip("\"'").lstrip("/#").strip()).strip().lower()
     return bare.replace(" ", "_")
@@ -147,33 +153,6 @@ def find_columns(names: Sequence[str], pick: Pick = FOUND) -> Columns:
     label_name = None if label is None else names[label].strip()[:_NAME_LENGTH]
     columns = Columns(used, tuple(indices[:3]), tuple(indices[3:]), label, label_name)
     return columns.in_unit([unit_in(names[i]) for i in indices[:3]])
-
-
-def number_columns(width: int, pick: Pick = FOUND, first: int = 0) -> Columns:
-    """The columns of a table that has no names, where each is known by its number from 1.
-
-    Those of x, y and z are three in a row; `first` is the position of x.
-    """
-    if width < 3:
-        message = f"rows hold {width} values; a point needs x, y and z"
-        raise UnreadableFileError("file", message, no_cloud=True)
-    numbers = [str(number) for number in range(1, width + 1)]
-    if pick.columns is not None:
-        return find_columns(numbers, pick)
-    label = None if pick.labels in (None, AUTO_LABELS) else find_label(numbers, pick.labels)
-    label_name = None if label is None else pick.labels
-    places = tuple(range(first, first + 3))
-    names = tuple(numbers[i] for i in places) if first else _XYZ
-    return Columns(names, places, (), label, label_name)
-
-
-def is_index(values: ArrayLike) -> bool:
-    """Whether the numbers of a first column (N,) are an index: whole ones, each one more than the last."""
-    numbers = np.asarray(values)
-    if len(numbers) < _COUNTING:
-        return False
-    with np.errstate(all="ignore"):
-        return bool(numbers[0] == np.rint(numbers[0]) and (numbers[1:] - numbers[:-1] == 1).all())
 
 
 def check_no_columns(pick: Pick, what: str) -> None:
@@ -238,13 +217,8 @@ def listed(names: Sequence[str]) -> str:
 def _places(names: Sequence[str]) -> dict[str, int]:
     """Where x, y and z stand, and nx, ny and nz where they are there."""
     places: dict[str, list[int]] = {}
-    for index, name in enumerate(names):
-        meaning = canonical(name)
+    for index, meaning in enumerate(meanings(names)):
         if meaning is not None:
-            places.setdefault(meaning, []).append(index)
-    for index, name in enumerate(names):
-        meaning = _SURVEYED.get(_bare(name))
-        if meaning is not None and meaning not in map(canonical, names):
             places.setdefault(meaning, []).append(index)
     for meaning, found in places.items():
         if len(found) > 1:

@@ -1,5 +1,6 @@
 """The lines of a text, none of them endless, and the numbers in them."""
 
+import csv
 import re
 from collections.abc import Callable, Iterator
 from itertools import islice
@@ -107,6 +108,17 @@ def is_number(cell: str) -> bool:
     except ValueError:
         return False
     return "_" not in cell and cell.isascii()
+
+
+def cells_of(line: str, delimiter: str | None) -> list[str]:
+    """The cells of a row; one in quotes may hold the delimiter, unless that is white space."""
+    if delimiter is not None:
+        line = line.rstrip().rstrip(delimiter)
+    if delimiter is None or '"' not in line:
+        cells = line.split(delimiter)
+    else:
+        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    return [cell.strip().strip('"').strip() for cell in cells]
 
 
 def counted(n_bad: int) -> str:

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.lib import format as npy_format
 
 from .cloud import Cloud, build_from, check_numbers
-from .columns import FOUND, Pick, find_columns, is_index, number_columns
+from .columns import FOUND, Pick, find_columns
 from .errors import InvalidPointsError, UnreadableFileError
 from .limits import UNLIMITED, Limits
+from .unnamed import check_first, number_columns
 
 HEADER_LIMIT = 64 * 1024
 SHORT = 256
@@ -114,8 +115,11 @@ def read_table(array: np.ndarray, format: str, pick: Pick) -> Cloud:
     """The cloud of an array (N, C), or of an organized one (H, W, C), whose columns have numbers from 1."""
     check_numbers(array.dtype, "dtype")
     table = array.reshape(-1, array.shape[-1])
-    indexed = table.shape[1] > 3 and is_index(table[:, 0])
-    return build_from(number_columns(table.shape[1], pick, int(indexed)), lambda i: table[:, i], format)
+    width = table.shape[1]
+    columns = number_columns(width, pick, table)
+    if pick.columns is None:
+        check_first(table[:, 0], width, columns.points[0])
+    return build_from(columns, lambda i: table[:, i], format)
 
 
 def as_text(shape: tuple[int, ...]) -> str:

@@ -1,29 +1,31 @@
 """How a table in a text is written: what cuts its rows, where its header is, which columns are x, y and z."""
 
-import csv
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
-from .columns import Columns, Pick, canonical, find_columns, is_index, number_columns
+import numpy as np
+
+from .columns import Columns, Pick, find_columns
 from .errors import InvalidPointsError, UnreadableFileError
-from .lines import decoded, is_number
+from .headers import MISSING, Lines, above_row, commented_names, header
+from .lines import cells_of, decoded, is_number
+from .unnamed import number_columns
 
 _SAMPLE = 20
 _HEAD = 1024 * 1024
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _WHOLE = re.compile(r"[+-]?\d{1,18}")
+# What may stand before a decimal comma or behind it.
+_PART = re.compile(r"[+-]?\d{1,18}(?:[eE][+-]?\d{1,3})?")
 _ANY_CUT = re.compile(r"[;,\s]+")
-_UNITS = "nm|um|\u00b5m|\u03bcm|mm|cm|dm|m|km|in|inch|ft|us-ft|yd|mil|deg|rad|%|-|"
-_UNIT = re.compile(rf"(?i)[\[(]?({_UNITS})[\])]?")
-_INDEX = ("id", "index", "i", "n", "no", "nr", "number", "point", "point_id", "point3d_id", "pt", "pid")
-COMMENT = re.compile("#|//")
+# Those of MATLAB and Fortran, % and !, stand at the beginning of a line only.
+COMMENT = re.compile(r"#|//|^\s*[%!]")
 # A line that holds more than white space and a comment.
-ROW = re.compile(r"^[^\S\n]*+(?!#|//)\S.*", re.MULTILINE)
+ROW = re.compile(r"^[^\S\n]*+(?!#|//|[%!])\S.*", re.MULTILINE)
 _DELIMITER_NAMES = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", None: "white space"}
-
-Lines = list[tuple[int, str]]
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,7 @@ class Layout:
     announced : the number of rows that a PTS file tells on its first line
     decimal_comma : numbers are written with one
     ragged : rows may differ in width behind the columns that are used, as in lists of observations
+    by_place : columns have no names, so that their numbers tell which are x, y and z
     """
 
     delimiter: str | None
@@ -47,6 +50,12 @@ class Layout:
     announced: int | None = None
     decimal_comma: bool = False
     ragged: bool = False
+    by_place: bool = False
+
+    @property
+    def read(self) -> tuple[int, ...]:
+        """The columns whose numbers are read: those used, and the first one where it may be an index."""
+        return (0, *self.columns.used) if self.by_place and self.columns.used[0] else self.columns.used
 
     def holds(self, width: int) -> bool:
         """Whether a row of so many cells is one of the table."""
@@ -61,25 +70,26 @@ def look(text: bytes, pick: Pick) -> Layout:
     whole = len(text) <= _HEAD
     head = decoded(text if whole else text[: text.rfind(b"\n", 0, _HEAD)])
     sample = _sample(head, whole)
+    begins = 1
     announced = _announced(sample)
     if announced is not None:
-        del sample[0]
+        begins = 1 + sample.pop(0)[0]
     given = _given_delimiter(sample)
     if given:
-        del sample[0]
+        begins = 1 + sample.pop(0)[0]
     first = _first_row(sample)
     delimiter, decimal_comma = _delimiter([line for _, line in sample[first:]], given)
     width = len(cells_of(sample[first][1], delimiter))
     while first and _may_be_row(sample[first - 1][1], delimiter, width):
         first -= 1
     width = len(cells_of(sample[first][1], delimiter))
-    names, units, first = _header(sample, first, delimiter, width, pick)
+    names, units, first = header(sample, first, delimiter, width, pick)
     rows = sample[first:]
     if names is None and _is_numbered(rows, delimiter, width):
-        rows = rows[1:]
+        first, rows = first + 1, rows[1:]
     ragged = False
     if names is None:
-        names = _commented_names(head, delimiter, width)
+        names = commented_names(above_row(head, rows[0][0]), delimiter, width, pick)
         ragged = names is not None and delimiter is None and _ends_in_a_list(names, width)
         names = names and (names + [""] * width)[:width]
     if names is None:
@@ -88,26 +98,21 @@ def look(text: bytes, pick: Pick) -> Layout:
         columns = find_columns(names, pick)
         if units:
             columns = columns.in_unit([units[i] for i in columns.points])
-    return Layout(delimiter, rows[0][0], width, columns, announced, decimal_comma, ragged)
-
-
-def cells_of(line: str, delimiter: str | None) -> list[str]:
-    """The cells of a row; one in quotes may hold the delimiter, unless that is white space."""
-    if delimiter is not None:
-        line = line.rstrip().rstrip(delimiter)
-    if delimiter is None or '"' not in line:
-        cells = line.split(delimiter)
-    else:
-        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
-    return [cell.strip().strip('"').strip() for cell in cells]
+    # Rows of missing points, which are not looked at, stand before the first one of numbers, too.
+    start = 1 + sample[first - 1][0] if first else begins
+    by_place = names is None and pick.columns is None
+    return Layout(delimiter, start, width, columns, announced, decimal_comma, ragged, by_place)
 
 
 def _sample(head: str, whole: bool) -> Lines:
-    """Line number and text of the first rows, without comments; `whole` says that `head` is all there is."""
-    sample = [
-        (1 + head.count("\n", 0, row.start()), COMMENT.split(row[0], maxsplit=1)[0].strip())
-        for row in islice(ROW.finditer(head), _SAMPLE)
-    ]
+    """Line number and text of the first rows, without comments; `whole` says that `head` is all there is.
+
+    Rows of missing points are left out, unless there are no others.
+    """
+    rows = list(islice(_told(head, MISSING), _SAMPLE))
+    if not any(map(_is_value, _ANY_CUT.split(" ".join(line for _, line in rows)))):
+        rows = list(islice(_told(head), _SAMPLE))
+    sample = [(1 + head.count("\n", 0, start), line) for start, line in rows]
     if not sample:
         where = "file holds" if whole else "first MiB holds"
         raise InvalidPointsError("file", f"the {where} no points", no_cloud=True)
@@ -116,9 +121,17 @@ def _sample(head: str, whole: bool) -> Lines:
     return sample
 
 
+def _told(head: str, but: re.Pattern[str] | None = None) -> Iterator[tuple[int, str]]:
+    """Where each row starts, and its text without comments; `but` those of this pattern."""
+    for row in ROW.finditer(head):
+        line = COMMENT.split(row[0], maxsplit=1)[0].rstrip().lstrip(" ")
+        if but is None or not but.fullmatch(line):
+            yield row.start(), line
+
+
 def _announced(sample: Lines) -> int | None:
     """The number of points that the first line of a PTS file tells: a bare one, before rows of several."""
-    if len(sample) > 1 and re.fullmatch(r"\d{1,18}", sample[0][1]) and len(_ANY_CUT.split(sample[1][1])) >= 3:
+    if len(sample) > 1 and re.fullmatch(r"\d{1,18}", sample[0][1].strip()) and len(_cut(sample[1][1])) >= 3:
         return int(sample[0][1])
     return None
 
@@ -131,11 +144,15 @@ def _given_delimiter(sample: Lines) -> str | None:
 
 def _first_row(sample: Lines) -> int:
     """Where the rows of numbers begin: at the first line of three numbers, or else at the first of any."""
-    numbers = [sum(_is_value(cell.strip('"')) for cell in _ANY_CUT.split(line)) for _, line in sample]
-    found = next((k for least in (3, 1) for k, count in enumerate(numbers) if count >= least), None)
-    if found is None:
-        raise InvalidPointsError("file", "the file holds no rows of numbers", no_cloud=True)
-    return found
+    for test, least in ((_is_value, 3), (_is_value, 1), (is_number, 1)):
+        for k, (_, line) in enumerate(sample):
+            if sum(test(cell.strip('"')) for cell in _cut(line)) >= least:
+                return k
+    raise InvalidPointsError("file", "the file holds no rows of numbers", no_cloud=True)
+
+
+def _cut(line: str) -> list[str]:
+    return _ANY_CUT.split(line.strip())
 
 
 def _is_value(cell: str) -> bool:
@@ -148,63 +165,12 @@ def _may_be_row(line: str, delimiter: str | None, width: int) -> bool:
     return all(numbers) or (len(numbers) == width and any(numbers))
 
 
-def _header(
-    sample: Lines, first: int, delimiter: str | None, width: int, pick: Pick
-) -> tuple[list[str] | None, list[str] | None, int]:
-    """Names of the columns and their units, where lines above the rows tell them, and where the rows begin.
-
-    Above the header there may be titles, and below it a row of units; any other line below is a row.
-    """
-    above = [cells_of(line, delimiter) for _, line in sample[:first]]
-    named = [k for k, cells in enumerate(above) if _names_all(cells)]
-    if not named:
-        units = [k for k, cells in enumerate(above) if k and _are_units(cells, width)]
-        last = units[0] - 1 if units else len(above) - 1
-        if above and len(above[last]) == width:
-            return above[last], above[units[0]] if units else None, first
-        return None, None, first
-    names = above[named[-1]]
-    if len(names) != width and pick.columns is None:
-        line = sample[first][0]
-        raise UnreadableFileError(
-            "header", f"the header names {len(names)} columns, line {line} holds {width}"
-        )
-    below = range(named[-1] + 1, first)
-    units = [k for k in below if _are_units(above[k], width)]
-    rows = next((k for k in below if k not in units), first)
-    return (names + [""] * width)[:width], above[units[0]] if units else None, rows
-
-
-def _are_units(cells: Sequence[str], width: int) -> bool:
-    return len(cells) == width and all(map(_UNIT.fullmatch, cells))
-
-
-def _names_all(names: Sequence[str]) -> bool:
-    return {"x", "y", "z"} <= {canonical(name) for name in names}
-
-
 def _is_numbered(rows: Lines, delimiter: str | None, width: int) -> bool:
     """Whether the first row numbers the columns, 0,1,2, as tables without names are written."""
     first, *others = (cells_of(line, delimiter) for _, line in rows)
     fractions = any(not _WHOLE.fullmatch(cell) for cells in others for cell in cells)
-    return first == [str(number) for number in range(width)] and fractions
-
-
-def _commented_names(head: str, delimiter: str | None, width: int) -> list[str] | None:
-    """Names in a comment above the rows, as `# x y z` and `//X,Y,Z`; of several comments the last.
-
-    It need not name all columns, nor only those: where it does not, no words but names of columns may stand
-    before x, y and z.
-    """
-    row = ROW.search(head)
-    comments = (head[: row.start()] if row else head).splitlines()
-    for comment in reversed(comments):
-        for names in _split(comment.strip().lstrip("/# "), delimiter):
-            if len(names) == width and _names_all(names):
-                return names
-            if _names_all(names[:width]) and all(map(_is_column, _up_to_z(names))):
-                return names
-    return None
+    numbers = first[1:] if first[0] == "" else first  # an index of rows has no number
+    return numbers in ([str(k + start) for k in range(len(numbers))] for start in (0, 1)) and fractions
 
 
 def _ends_in_a_list(names: Sequence[str], width: int) -> bool:
@@ -212,31 +178,24 @@ def _ends_in_a_list(names: Sequence[str], width: int) -> bool:
     return len(names) != width or any("[]" in name for name in names)
 
 
-def _split(comment: str, delimiter: str | None) -> Iterator[list[str]]:
-    """The words of a comment, cut as the rows are, by what else cuts cells, and by white space."""
-    yield cells_of(comment, delimiter)
-    yield [name.strip() for name in re.split(r"[,;|\t]", comment)]
-    yield comment.split()
-
-
-def _up_to_z(names: Sequence[str]) -> Sequence[str]:
-    return names[: 1 + max(k for k, name in enumerate(names) if canonical(name) in ("x", "y", "z"))]
-
-
-def _is_column(name: str) -> bool:
-    return canonical(name) is not None or name.strip().lower().replace(" ", "_") in _INDEX
-
-
 def _unnamed(rows: list[list[str]], delimiter: str | None, width: int, pick: Pick) -> Columns:
-    """Columns of a table without names, where a number from 1 is the name of each.
-
-    The first three are x, y and z, or the three behind one that counts up.
-    """
+    """Columns of a table without names, where a number from 1 is the name of each."""
     if pick.columns is None:
         _refuse_decimal_comma_pairs(rows, delimiter)
-    first = ["".join(cells[:1]) for cells in rows]
-    indexed = width > 3 and all(map(_WHOLE.fullmatch, first)) and is_index([int(cell) for cell in first])
-    return number_columns(width, pick, int(indexed))
+    even = [cells for cells in rows if len(cells) >= width]
+    table = np.array([[_value(cell) for cell in cells[:width]] for cells in even], np.float64)
+    # Words, and numbers without a point, are no coordinates, if there are others.
+    strange = [all(_is_strange(cells[i]) for cells in even) for i in range(width)]
+    return number_columns(width, pick, table, strange)
+
+
+def _value(cell: str) -> float:
+    cell = cell.replace(",", ".")
+    return float(cell) if is_number(cell) else math.nan
+
+
+def _is_strange(cell: str) -> bool:
+    return _WHOLE.fullmatch(cell) is not None or not is_number(cell.replace(",", "."))
 
 
 def _delimiter(rows: list[str], given: str | None) -> tuple[str | None, bool]:
@@ -258,10 +217,15 @@ def _found_delimiter(rows: list[str]) -> str | None:
     for delimiter in (";", "\t"):
         if all(delimiter in line for line in rows):
             return None if _is_padded(rows, delimiter) else delimiter
-    decimal = [[_DECIMAL_COMMA.fullmatch(cell) for cell in line.split()] for line in rows]
-    if any(len(cells) >= 2 and all(cells) for cells in decimal):
+    if any(_has_decimal_commas(line.split()) for line in rows):
         return None
     return "," if any("," in line for line in rows) else None
+
+
+def _has_decimal_commas(cells: list[str]) -> bool:
+    """Whether these are numbers, of which two or more have a comma in the place of the point."""
+    n_decimal = sum(_DECIMAL_COMMA.fullmatch(cell) is not None for cell in cells)
+    return n_decimal > 1 and all(is_number(cell.replace(",", ".")) for cell in cells)
 
 
 def _is_padded(rows: list[str], delimiter: str) -> bool:
@@ -270,15 +234,19 @@ def _is_padded(rows: list[str], delimiter: str) -> bool:
 
 
 def _refuse_decimal_comma_pairs(rows: list[list[str]], delimiter: str | None) -> None:
-    """Six bare integers a row, or more, may be three numbers with decimal commas: nobody can tell.
+    """Numbers without a point, six a row or more, may be three with decimal commas: nobody can tell.
 
-    Not so where what would be a fraction has a sign.
+    Not so where what would be a fraction has a sign. A number or a name of the point may stand before them.
     """
-    if delimiter != "," or not all(len(cells) >= 6 and all(map(_WHOLE.fullmatch, cells)) for cells in rows):
+    if delimiter != "," or any("." in cell and is_number(cell) for cells in rows for cell in cells):
         return
-    if all(cell[0].isdigit() for cells in rows for cell in cells[1:6:2]):
-        raise UnreadableFileError(
-            "file",
-            f"rows hold {len(rows[0])} whole numbers: either as many columns, or three numbers with decimal "
-            "commas; name the columns in a header line, or write a decimal point",
-        )
+    for first in (0, 1):
+        pairs = [cells[first : first + 6] for cells in rows]
+        if all(len(cells) == 6 and all(map(_PART.fullmatch, cells)) for cells in pairs) and all(
+            cell[0].isdigit() for cells in pairs for cell in cells[1::2]
+        ):
+            raise UnreadableFileError(
+                "file",
+                f"rows hold {len(rows[0])} cells without a decimal point: either as many columns, or three "
+                "numbers with decimal commas; name the columns in a header line, or write a decimal point",
+            )

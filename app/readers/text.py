@@ -13,19 +13,21 @@ from .columns import FOUND, Pick
 from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 from .formats import NAMES
 from .limits import UNLIMITED, Limits
-from .lines import COUNTED, check_lines, counted, is_number, lines, plain_numbers
-from .tables import COMMENT, ROW, Layout, cells_of, look
+from .lines import COUNTED, cells_of, check_lines, counted, is_number, lines, plain_numbers
+from .tables import COMMENT, ROW, Layout, look
+from .unnamed import check_first
 
 _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
-# What ends a file of old DOS programs.
-_CTRL_Z = b"\x1a"
+# What ends a file of old DOS programs, and the lines behind it.
+_END = b"\x1a\r\n"
 _BLANK = " \t\r\f\v"
+_SIGNS = ("%", "!")
 
 
 def read_text(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read a text of one point a line; without a header columns are known by their numbers, from 1."""
     check_lines(data)
-    text = plain_numbers(bytes(data).rstrip(_CTRL_Z))
+    text = plain_numbers(bytes(data).rstrip(_END))
     if b"\n" not in text:
         text = text.replace(b"\r", b"\n")
     if b"\0" in text:
@@ -39,6 +41,9 @@ def read_text(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) 
     except ValueError:
         raise _explain(text, layout) from None
     limits.check_points(len(table))
+    if layout.by_place:
+        check_first(table[:, 0], layout.width, layout.columns.points[0])
+        table = table[:, len(layout.read) - len(layout.columns.used) :]
     found = None if layout.columns.label is None else _labels(cells)
     cloud = build_cloud(table, layout.columns.packed(), "text", found)
     return replace(cloud, warnings=cloud.warnings + _wrong_counts(scans))
@@ -78,9 +83,9 @@ def _rows(text: bytes, layout: Layout) -> Iterator[tuple[int, str]]:
     for number, line in lines(text, ROW):
         if number < layout.first_line:
             continue
-        if "#" in line or "//" in line:
+        if "#" in line or "//" in line or line.lstrip()[:1] in _SIGNS:
             line = COMMENT.split(line, maxsplit=1)[0]
-        line = line.rstrip(blank) if layout.delimiter else line.rstrip()
+        line = line.lstrip(" ").rstrip(blank) if layout.delimiter else line.rstrip()
         while layout.delimiter and line.endswith(layout.delimiter) and _width(line, layout) > layout.width:
             line = line[:-1].rstrip(blank)
         if line.strip():
@@ -114,6 +119,8 @@ def _load(text: bytes, layout: Layout, labels: list[str], scans: list[_Scan]) ->
                     raise ValueError
                 cell = cells[label]
                 labels.append(seen.setdefault(cell, cell))
+            if layout.decimal_comma and "." in line and _has_point(cells_of(line, layout.delimiter), layout):
+                raise ValueError
             if empty is not None and not quoted and empty.search(line):
                 line = _filled(line, layout.delimiter)
             yield line.replace(",", ".") if layout.decimal_comma else line
@@ -123,10 +130,15 @@ def _load(text: bytes, layout: Layout, labels: list[str], scans: list[_Scan]) ->
         np.float64,
         comments=None,
         delimiter=layout.delimiter,
-        usecols=layout.columns.used,
+        usecols=layout.read,
         ndmin=2,
         quotechar='"' if quoted else None,
     )
+
+
+def _has_point(cells: Sequence[str], layout: Layout) -> bool:
+    """Whether a number that is read has a point, which beside decimal commas means thousands."""
+    return any("." in cells[i] for i in layout.read)
 
 
 def _filled(line: str, delimiter: str | None) -> str:
@@ -157,14 +169,15 @@ def _explain(text: bytes, layout: Layout) -> UnreadableFileError:
             continue
         cells = cells_of(line, layout.delimiter)
         if layout.decimal_comma:
-            cells = [cell.replace(",", ".") for cell in cells]
+            # A point between digits is no decimal one here, and so no number.
+            cells = [cell.replace(".", "'").replace(",", ".") for cell in cells]
         if not layout.holds(len(cells)):
             message = f"the row holds {len(cells)} values, the first row {layout.width}"
             bad = [FieldError(f"line {number}", message)]
         else:
             bad = [
                 FieldError(f"line {number}, column {index + 1}", "not a number", _describe(cells[index]))
-                for index in layout.columns.used
+                for index in layout.read
                 if cells[index] and not is_number(cells[index])
             ]
         n_bad += bool(bad)

@@ -201,7 +201,8 @@ def _check(check: Mapping[str, Any], length: str | None) -> str:
     if low is None and high is None and name != "form":
         text += f" ({between(None, None) if check['verdict'] == 'undecided' else 'interval not known'})"
     one_sided = name == "form" or isinstance(check["nominal"], list)
-    allowed = f"up to {as_given(limits[1], unit)}" if one_sided else _limits(*limits, unit)
+    lower, upper = limits
+    allowed = f"up to {as_given(upper, unit)}" if one_sided else _limits(lower, upper, unit)
     return f"{text}, allowed {allowed}: {check['verdict']}"
 
 

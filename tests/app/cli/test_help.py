@@ -68,8 +68,10 @@ def test_each_file_that_is_written_is_told_apart() -> None:
     ],
 )
 def test_bash_completes(line: str, offered: list[str], tmp_path: Path) -> None:
+    # As one types it in bash: Typer looks which shell it was started from.
+    named = {**os.environ, "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
     script = subprocess.run(
-        [PRIMFIT, "--show-completion", "bash"], capture_output=True, text=True, check=True
+        [PRIMFIT, "--show-completion", "bash"], capture_output=True, text=True, check=True, env=named
     ).stdout
     script += f"COMP_WORDS=({line}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))\n"
     script += '_primfit_completion primfit; printf "%s\\n" "${COMPREPLY[@]}"\n'

@@ -63,9 +63,12 @@ def test_wider_and_organized_arrays_by_the_rules_of_files(given: np.ndarray) -> 
     np.testing.assert_array_equal(found.points, POINTS)
 
 
-def test_a_first_column_that_does_not_count_up_is_x() -> None:
+def test_a_first_column_that_may_be_x_or_not_is_not_guessed() -> None:
     whole = np.column_stack([np.arange(300) // 2, POINTS])
-    assert primfit.fit(whole).to_json() == primfit.fit(whole[:, :3]).to_json()
+    with pytest.raises(primfit.InvalidOptionError, match="1,2,3 or 2,3,4; say which"):
+        primfit.fit(whole)
+    assert primfit.fit(whole, columns=[1, 2, 3]).to_json() == primfit.fit(whole[:, :3]).to_json()
+    assert primfit.fit(whole, columns=[2, 3, 4]).to_json() == PLAIN
 
 
 def test_a_transposed_array_is_refused() -> None:

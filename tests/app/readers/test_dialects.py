@@ -200,6 +200,22 @@ WRITTEN = {
     "a title alone": "Hall 3\n1.5 2 3\n4 5 6\n7 8 9\n",
     "what a spreadsheet says first": 'sep=;\n"X";"Y";"Z"\n1.5;2;3\n4;5;6\n7;8;9\n',
     "the end of an old file": "1.5 2 3\n4 5 6\n7 8 9\n\x1a",
+    "a line behind the end of an old file": "1.5 2 3\r\n4 5 6\r\n7 8 9\r\n\x1a\r\n",
+    "a comment of MATLAB": "%% Scan 12, 3 layers\n% y x z\n2 1.5 3\n5 4 6\n% second scan\n8 7 9\n",
+    "a comment of Fortran": "! 12 3 0\n! y  x  z\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a comment behind a title": "Hall 3\n# y x z\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a comment with a colon": "# columns: y, x, z\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a comment with more words": "# y, x, z in mm, of hall 3\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a comment in brackets": "# (y, x, z)\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a comment with prose": "# points as y x z\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a comment with units": "# Y [mm] X [mm] Z [mm]\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a comment of surveyors": "# Northing Easting Height\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a header with units between spaces": "Y [mm] X [mm] Z [mm]\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a header of surveyors": "Hochwert;Rechtswert;H\u00f6he\n2;1.5;3\n5;4;6\n8;7;9\n",
+    "a header cut by commas over spaces": "y,x,z\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a header cut by spaces over commas": "y x z\n2,1.5,3\n5,4,6\n8,7,9\n",
+    "tabs before the first cell": "\tX\tY\tZ\n\t1.5\t2\t3\n\t4\t5\t6\n\t7\t8\t9\n",
+    "decimal commas between spaces, and whole numbers": "1,5 2,0 3 217\n4,0 5,0 6 80\n7,0 8,0 9 12\n",
 }
 NINE = [[1.5, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]
 
@@ -233,6 +249,62 @@ def test_words_in_a_comment_are_no_names_of_columns() -> None:
     """ "in" would stand for x."""
     text = b"# units: x y z in mm\n1.5 2 3 70\n4 5 6 80\n7 8 9 90\n"
     np.testing.assert_array_equal(read(text).points, NINE)
+
+
+def test_a_comment_that_does_not_tell_its_columns_asks_for_them() -> None:
+    text = b"# r g b y x z some other words\n1 2 3 5.5 1.5 2 0 0\n4 5 6 8 4 5 1 1\n"
+    with pytest.raises(UnreadableFileError, match="a comment names x, y and z, but not which") as caught:
+        read(text)
+    assert caught.value.field == "columns"
+    np.testing.assert_array_equal(read(text, pick=Pick(columns=(5, 4, 6))).points[0], [1.5, 5.5, 2])
+
+
+def test_a_line_of_white_space_above_the_rows_costs_little() -> None:
+    """A pattern that starts anew at each blank would take minutes."""
+    text = (b"a" + b" " * 60_000 + b"b\n") * 15 + b"1.5 2 3\n4 5 6\n7 8 9\n"
+    np.testing.assert_array_equal(read(text).points, NINE)
+
+
+@pytest.mark.parametrize("cut", [" ", ",", ";"])
+@pytest.mark.parametrize("head", ["", "# y x z\n", "y{0}x{0}z\n"], ids=["no names", "comment", "header"])
+def test_points_that_are_missing_may_stand_before_all_others(cut: str, head: str) -> None:
+    """An organized cloud begins with its border, where nothing was measured."""
+    missing = f"nan{cut}-inf{cut}nan\n" * 150
+    text = head.format(cut) + missing + "\n".join(cut.join(map(str, row)) for row in NINE)
+    cloud = read(text.encode())
+    assert len(cloud.points) == 153 and np.isnan(cloud.points[:150, 0 if not head else 1]).all()
+    points = np.array(NINE)[:, [1, 0, 2]] if head else NINE
+    np.testing.assert_array_equal(cloud.points[150:], points)
+
+
+def test_a_text_of_missing_points_alone_is_a_cloud_without_points() -> None:
+    for text in (b"nan nan nan\n" * 30, b"x,y,z\n" + b"nan,nan,nan\n" * 30):
+        assert np.isnan(read(text).points).all() and len(read(text).points) == 30
+
+
+CUT_TWICE = {
+    "an index": "{i},{x},{y},{z}",
+    "an identifier": "{k},{x},{y},{z}",
+    "words behind": "{x},{y},{z},STM",
+    "an index and words": "{i},{x},{y},{z},STM",
+    "exponents": "{x}E+01,{y}E+01,{z}E+01",
+}
+
+
+@pytest.mark.parametrize("row", CUT_TWICE.values(), ids=CUT_TWICE)
+def test_commas_that_cut_and_are_decimal_are_refused_whatever_stands_beside_them(row: str) -> None:
+    numbers = [{"x": f"18,{i}21", "y": f"-{i},703", "z": f"56,15{i}"} for i in range(10)]
+    rows = [row.format(i=i + 1, k=i * 37 % 101, **cells) for i, cells in enumerate(numbers)]
+    with pytest.raises(UnreadableFileError, match="three numbers with decimal commas"):
+        read("\n".join(rows).encode())
+
+
+def test_a_point_among_decimal_commas_is_no_decimal_point() -> None:
+    """`1.018` is a thousand and more there; the first rows need not show it."""
+    text = "x;y;z\n" + "1,5;2,25;3,5\n" * 30 + "1.018;2,5;3,5\n"
+    with pytest.raises(UnreadableFileError) as caught:
+        read(text.encode())
+    assert [error.field for error in caught.value.errors] == ["line 32, column 1"]
 
 
 def test_a_row_of_words_below_the_header_is_no_row_of_units() -> None:

@@ -1,0 +1,99 @@
+"""Columns of a table without names, which are known by their numbers from 1: where x, y and z may stand.
+
+They are the first three, or the three behind an index that counts up. Where the numbers tell that these are
+something else, or may be, nothing is guessed: the caller is asked.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .cloud import Array
+from .columns import AUTO_LABELS, XYZ, Columns, Pick, find_columns, find_label
+from .errors import UnreadableFileError
+
+# A first column of fewer numbers may count up, or rise, by accident.
+_COUNTING, _RISING = 3, 8
+
+
+def number_columns(
+    width: int, pick: Pick, table: Array | None = None, no_numbers: Sequence[bool] = ()
+) -> Columns:
+    """The columns of a table of this width; `table` (N, `width`) holds its rows, or the first of them.
+
+    `no_numbers` says of each column whether it is known to hold no coordinates, however it looks.
+
+    Raises `UnreadableFileError` where the table has fewer than three columns, or x, y and z may be several.
+    """
+    if width < 3:
+        message = f"rows hold {width} values; a point needs x, y and z"
+        raise UnreadableFileError("file", message, no_cloud=True)
+    numbers = [str(number) for number in range(1, width + 1)]
+    if pick.columns is not None:
+        return find_columns(numbers, pick)
+    label = None if pick.labels in (None, AUTO_LABELS) else find_label(numbers, pick.labels)
+    label_name = None if label is None else pick.labels
+    first = 0 if table is None or width == 3 else _place_of_x(table, no_numbers)
+    places = tuple(range(first, first + 3))
+    names = tuple(numbers[i] for i in places) if first else XYZ.names
+    return Columns(names, places, (), label, label_name)
+
+
+def is_index(values: ArrayLike) -> bool:
+    """Whether the numbers of a first column (N,) are an index: whole ones, each one more than the last."""
+    numbers = np.asarray(values)
+    if len(numbers) < _COUNTING:
+        return False
+    with np.errstate(all="ignore"):
+        return bool(numbers[0] == np.rint(numbers[0]) and (numbers[1:] - numbers[:-1] == 1).all())
+
+
+def check_first(values: ArrayLike, width: int, place: int) -> None:
+    """Raise `UnreadableFileError` where the whole first column (N,) tells something else than its first rows.
+
+    `place` is where x is by these. An index counts up to the end; a column that rises in every row may be a
+    time or an index with gaps, before a point as well as its x.
+    """
+    if width == 3:
+        return
+    if not is_index(values) if place else _rises(values):
+        raise _several(width, 0, 1)
+
+
+def _rises(values: ArrayLike) -> bool:
+    numbers: NDArray[Any] = np.asarray(values)
+    return len(numbers) >= _RISING and bool((numbers[1:] > numbers[:-1]).all())
+
+
+def _place_of_x(table: Array, no_numbers: Sequence[bool]) -> int:
+    """Where x stands: not at whole numbers and words where three columns of fractions follow."""
+    if is_index(table[:, 0]):
+        return 1
+    odd = np.array([bool(i < len(no_numbers) and no_numbers[i]) for i in range(table.shape[1])])
+    odd |= [_is_counted(table[:, i]) for i in range(table.shape[1])]
+    if not odd[0]:
+        return 0
+    others = [i for i in range(1, len(odd) - 2) if not odd[i : i + 3].any()]
+    if others:
+        raise _several(table.shape[1], 0, others[0])
+    return 0
+
+
+def _is_counted(values: NDArray[Any]) -> bool:
+    """Whether these numbers (N,) are whole ones, not all the same, as of counts, colors and identifiers."""
+    there = values[np.isfinite(values)]
+    for some in (there[:_COUNTING], there):  # most columns hold a fraction among their first numbers
+        if not (some == np.rint(some)).all():
+            return False
+    return bool((there != there[:1]).any())
+
+
+def _several(width: int, *places: int) -> UnreadableFileError:
+    sets = [f"{place + 1},{place + 2},{place + 3}" for place in places]
+    message = (
+        f"{width} columns without names: x, y and z may be those of the numbers {' or '.join(sets)}; "
+        f"say which: columns={sets[-1]}, or names in a header line"
+    )
+    return UnreadableFileError("columns", message)
