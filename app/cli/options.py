@@ -148,7 +148,7 @@ def checked(given: Mapping[str, Any]) -> dict[str, Any]:
     try:
         if given["constraint"]:
             options["constraints"] = parse_constraints(given["constraint"])
-        options |= {name: _json(given[name]) for name in OBJECTS if given[name] is not None}
+        options |= {name: _json(name, given[name]) for name in OBJECTS if given[name] is not None}
         if given["include"]:
             options["include"] = _parts(list(map(str, given["include"])))
         config_of(**options)
@@ -170,11 +170,11 @@ def _parts(named: list[str]) -> list[str]:
     return []
 
 
-def _json(text: str) -> Any:
-    """The value of a JSON text, or the text itself where it is none, for a complaint that shows it."""
+def _json(name: str, text: str) -> Any:
+    """The value of a JSON text; `InvalidOptionError` where it is none."""
     import orjson
 
     try:
         return orjson.loads(text)
-    except orjson.JSONDecodeError:
-        return text
+    except orjson.JSONDecodeError as error:
+        raise InvalidOptionError(f"not valid JSON at character {error.pos}", name) from None

@@ -16,7 +16,7 @@ from .options import ExportOptions
 
 
 def csv(fitted: Fitted, options: ExportOptions) -> bytes:
-    """A header and a row: status, kind, parameters, error and noise; vectors as three columns."""
+    """A header and a row: status, kind, parameters, unit, error and noise; vectors as three columns."""
     row = row_of(fitted)
     return table([row], list(row))
 
@@ -40,6 +40,7 @@ def row_of(fitted: Fitted) -> dict[str, Any]:
             row |= {f"{name}_{along}": number for along, number in zip("xyz", value, strict=True)}
         else:
             row[name] = value
+    row["unit"] = recognition.unit
     row |= asdict(recognition.error)
     return row | _noise(recognition.noise)
 

@@ -29,9 +29,6 @@ OTHER_SHAPE = "another shape than asked for"
 
 _LABEL_WIDTH = 17
 _COLUMN = 17
-_FEWEST, _MOST = 9, 17
-"""Digits of a coordinate."""
-
 _HALF = 2
 """Digits of half an interval."""
 
@@ -204,7 +201,8 @@ def _check(check: Mapping[str, Any], length: str | None) -> str:
     if low is None and high is None and name != "form":
         text += f" ({between(None, None) if check['verdict'] == 'undecided' else 'interval not known'})"
     one_sided = name == "form" or isinstance(check["nominal"], list)
-    allowed = f"up to {as_given(limits[1], unit)}" if one_sided else _limits(limits[0], limits[1], unit)
+    lower, upper = limits
+    allowed = f"up to {as_given(upper, unit)}" if one_sided else _limits(lower, upper, unit)
     return f"{text}, allowed {allowed}: {check['verdict']}"
 
 
@@ -331,13 +329,13 @@ _LENGTHS = (("rms", "rms"), ("mean", "mean"), ("95%", "p95"), ("max", "max"))
 
 
 def _known_to(value: float, interval: Mapping[str, Any] | None) -> str:
-    """With two digits of its standard deviation, and no fewer than nine, as long as a column holds them."""
-    deviation, n_digits = 0.0 if interval is None else interval["standard_deviation"], _FEWEST
-    if value and deviation:
-        known = math.floor(math.log10(abs(value))) - math.floor(math.log10(deviation)) + 2
-        n_digits = min(max(known, _FEWEST), _MOST)
-    fitting = (f"{value:.{n}g}" for n in range(n_digits, 0, -1))
-    return next(text for text in fitting if len(text) < _COLUMN)
+    """With two digits of its standard deviation, far from the origin too, as long as a column holds them."""
+    deviation = 0.0 if interval is None else interval["standard_deviation"]
+    if not value or not deviation:
+        return f"{value:.9g}"
+    n_digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(deviation)) + 2
+    fitting = (f"{value:.{n}g}" for n in range(min(n_digits, 17), 9, -1))
+    return next((text for text in fitting if len(text) < _COLUMN), f"{value:.9g}")
 
 
 def _aligned(text: str) -> str:

@@ -351,7 +351,7 @@ def _off(explained: Explanations | None, evidence: Evidence, tolerance: float) -
 
 def _volume(said: str) -> str:
     """What is said about points, and that so much scatter is no surface."""
-    return f"{said}: they fill a volume rather than lie on a surface"
+    return f"{said}: they fill a volume, or lie on several surfaces"
 
 
 def may_overtake(

@@ -98,7 +98,7 @@ def test_what_is_wrong_is_said_of_the_best_try_where_it_is_wrong() -> None:
     assert answer.message.startswith(
         f"None of the allowed kinds explains the points; the best try is a {kind}. The points scatter by "
     )
-    assert f" about the {kind}: they fill a volume rather than lie on a surface." in answer.message
+    assert f" about the {kind}: they fill a volume, or lie on several surfaces." in answer.message
 
 
 def test_max_error_is_told_from_the_error_however_near_they_are() -> None:
