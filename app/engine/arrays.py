@@ -10,7 +10,7 @@ from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from ..readers.cloud import Array, Cloud, unit_normals
 from ..readers.columns import FOUND, Pick, find_columns
 from ..readers.errors import UnreadableFileError
-from ..readers.npy import read_table
+from ..readers.npy import is_transposed, read_table
 
 WANTED = "give an array (N, 3), a table with columns x, y, z, or an object that holds points or vertices"
 
@@ -48,8 +48,7 @@ def _unnamed(values: Array, pick: Pick) -> tuple[Array, Array | None]:
 
     What is no such array, or looks transposed, is left for the check of the points to refuse.
     """
-    transposed = values.ndim == 2 and values.shape[0] == 3 < values.shape[1]
-    if values.ndim not in (2, 3) or values.shape[-1] < 3 or transposed:
+    if values.ndim not in (2, 3) or values.shape[-1] < 3 or is_transposed(values.shape):
         return values, None
     try:
         cloud: Cloud = read_table(values, "array", pick)
@@ -90,8 +89,16 @@ def _columns(given: Any, names: list[str], pick: Pick) -> tuple[Array, Array | N
         columns = find_columns(names, pick)
     except UnreadableFileError as error:
         raise _refused(error) from error
-    values = np.column_stack([as_floats(given[names[i]], f"points[{names[i]!r}]") for i in columns.used])
+    rows = given.reshape(-1) if isinstance(given, np.ndarray) else given  # organized records (H, W)
+    values = np.column_stack([_one_a_point(rows[names[i]], f"points[{names[i]!r}]") for i in columns.used])
     return values[:, :3], unit_normals(values[:, 3:], values[:, :3]) if columns.normals else None
+
+
+def _one_a_point(values: Any, field: str) -> Array:
+    floats = as_floats(values, field)
+    if floats.ndim != 1:
+        raise InvalidPointCloudError(f"{field}: the column holds several numbers a point", "points")
+    return floats
 
 
 def _refused(error: UnreadableFileError) -> ValueError:

@@ -4,6 +4,8 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.names import Unit
 
@@ -101,7 +103,7 @@ def as_columns(given: object) -> tuple[str | int, ...] | None:
         given = [name.strip() for name in given.split(",")]
     if not isinstance(given, Iterable) or isinstance(given, bytes | dict):
         raise _no_columns("not a list")
-    names = tuple(given)
+    names = tuple(int(name) if isinstance(name, np.integer) else name for name in given)
     if len(names) not in (3, 6):
         raise _no_columns(f"{len(names)} of them")
     for name in names:

@@ -14,16 +14,22 @@ from .units import METERS
 
 _USER = b"LASF_Projection"
 _KEYS, _TEXT = 34735, 2112
-_MODEL, _LINEAR = 1024, 3076
+_MODEL, _LINEAR, _VERTICAL = 1024, 3076, 4099
 _GEOGRAPHIC = 2
 _CODES: dict[int, Unit] = {9001: "m", 9002: "ft", 9003: "us-ft"}
-_UNIT = re.compile(r'\b(?:LENGTH)?UNIT\s*\[\s*"([^"]*)"\s*,\s*([0-9.]+(?:[eE][+-]?\d+)?)')
+# A text in quotes, what begins a part of the text, and what ends it.
+_TOKEN = re.compile(r'"[^"]*"|(?<![A-Za-z_])([A-Za-z_]++)\s*+[\[(]|[\])]')
+_UNIT = re.compile(r'\s*"([^"]*)"\s*,\s*(\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)')
+_HEIGHTS = {"VERT_CS", "VERTCRS", "VERTICALCRS"}
+# Parts with units of their own, which are not those of the coordinates.
+_OTHERS = {"SPHEROID", "ELLIPSOID", "PARAMETER", "PRIMEM", "PRIMEMERIDIAN"}
 _PLANE = re.compile(r"\b(?:PROJCS|PROJCRS|PROJECTEDCRS|GEOCCS|LOCAL_CS|ENGCRS)\s*\[")
 _NO_LENGTH = re.compile(r"(?i)deg|rad|grad|gon|arc|unity")
 _SAME = 1e-7
 """Relative difference of two lengths of a unit that are one: the two feet differ by 2e-6."""
 
 DEGREES = "By its coordinate system the file is in degrees: distances in it mean nothing; project it first."
+UNEVEN = "By its coordinate system the file has heights in another unit than the plane: convert one of them."
 OTHER = "The coordinate system of the file has a unit of length that is not known here."
 
 
@@ -41,12 +47,33 @@ def _by_text(text: str) -> tuple[Unit | None, str]:
         return None, ""
     if not _PLANE.search(text):
         return None, DEGREES
-    lengths = [float(length) for name, length in _UNIT.findall(text) if not _NO_LENGTH.match(name)]
-    if not lengths:
+    plane, heights = _lengths(text)
+    if not plane:
         return None, ""
-    # The first one is horizontal; behind it may stand that of the heights.
-    same = [unit for unit, length in METERS.items() if abs(lengths[0] / length - 1.0) < _SAME]
-    return (same[0], "") if same else (None, OTHER)
+    if heights and not _same(plane[0], heights[0]):
+        return None, UNEVEN
+    found = [unit for unit, length in METERS.items() if _same(plane[0], length)]
+    return (found[0], "") if found else (None, OTHER)
+
+
+def _lengths(text: str) -> tuple[list[float], list[float]]:
+    """The units of length of the coordinates in the plane, and those of the heights [m]."""
+    plane: list[float] = []
+    heights: list[float] = []
+    within: list[str] = []
+    for token in _TOKEN.finditer(text):
+        if token[1]:
+            unit = token[1].upper() in ("UNIT", "LENGTHUNIT") and _UNIT.match(text, token.end())
+            if unit and not _NO_LENGTH.match(unit[1]) and _OTHERS.isdisjoint(within):
+                (plane if _HEIGHTS.isdisjoint(within) else heights).append(float(unit[2]))
+            within.append(token[1].upper())
+        elif token[0] in ")]" and within:
+            within.pop()
+    return plane, heights
+
+
+def _same(length: float, other: float) -> bool:
+    return abs(length / other - 1.0) < _SAME if other else False
 
 
 def _by_keys(record: memoryview) -> tuple[Unit | None, str]:
@@ -58,4 +85,6 @@ def _by_keys(record: memoryview) -> tuple[Unit | None, str]:
     if _LINEAR not in keys:
         return None, ""
     unit = _CODES.get(keys[_LINEAR])
+    if keys.get(_VERTICAL, keys[_LINEAR]) != keys[_LINEAR]:
+        return None, UNEVEN
     return unit, "" if unit else OTHER

@@ -17,6 +17,8 @@ from .limits import UNLIMITED, Limits
 from .unnamed import check_first, number_columns
 
 HEADER_LIMIT = 64 * 1024
+# Of the arrays whose rows are points, hardly one has more columns.
+_MOST_COLUMNS = 16
 SHORT = 256
 """Bytes of a header that is kept in mind; NumPy writes 128 for an array (N, 3)."""
 
@@ -45,17 +47,26 @@ class ArrayHeader:
         limits.check_points(math.prod(self.shape[:-1] or self.shape))
 
     def check_points(self) -> None:
-        """Raise unless points may have this shape: (N, 3), wider, or (N,) records."""
+        """Raise unless points may have this shape: (N, 3), wider, or (N,) records; or organized ones."""
         if self.dtype.names is not None:
-            if len(self.shape) != 1:
-                raise self._misshapen("structured array", "(N,)")
+            if len(self.shape) not in (1, 2):
+                raise self._misshapen("structured array", "(N,), or organized (H, W)")
         elif len(self.shape) not in (2, 3) or self.shape[-1] < 3:
             raise self._misshapen("array", "(N, 3), or organized (H, W, 3)")
-        elif len(self.shape) == 2 and self.shape[0] == 3 < self.shape[1]:
-            raise self._misshapen("array", "(N, 3): transpose it")
+        elif is_transposed(self.shape):
+            wanted = "(N, 3)" if len(self.shape) == 2 else "(H, W, 3)"
+            raise self._misshapen("array", f"{wanted}: transpose it")
 
     def _misshapen(self, what: str, wanted: str) -> InvalidPointsError:
         return InvalidPointsError("shape", f"{what} of shape {as_text(self.shape)}; points are {wanted}")
+
+
+def is_transposed(shape: tuple[int, ...]) -> bool:
+    """Whether the first axis of an array (N, C) or (H, W, C) may be that of the coordinates.
+
+    So is (3, N), and with a few long rows (4, N) and (3, H, W).
+    """
+    return (len(shape) == 2 and shape[0] == 3 < shape[1]) or 2 < shape[0] <= _MOST_COLUMNS < shape[-1]
 
 
 def read_npy(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
@@ -106,8 +117,9 @@ def read_array(data: memoryview, header: ArrayHeader) -> np.ndarray:
 
 
 def read_records(array: np.ndarray, format: str, pick: Pick) -> Cloud:
-    """The cloud of a structured array (N,), its fields found by name."""
+    """The cloud of a structured array (N,), or of an organized one (H, W), its fields found by name."""
     names = array.dtype.names or ()
+    array = array.reshape(-1)
     return build_from(find_columns(names, pick), lambda i: array[names[i]], format)
 
 

@@ -168,7 +168,7 @@ def _may_be_row(line: str, delimiter: str | None, width: int) -> bool:
 def _is_numbered(rows: Lines, delimiter: str | None, width: int) -> bool:
     """Whether the first row numbers the columns, 0,1,2, as tables without names are written."""
     first, *others = (cells_of(line, delimiter) for _, line in rows)
-    fractions = any(not _WHOLE.fullmatch(cell) for cells in others for cell in cells)
+    fractions = any({*cell} & {*".,"} and math.isfinite(_value(cell)) for cells in others for cell in cells)
     numbers = first[1:] if first[0] == "" else first  # an index of rows has no number
     return numbers in ([str(k + start) for k in range(len(numbers))] for start in (0, 1)) and fractions
 

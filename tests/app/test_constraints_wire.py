@@ -168,7 +168,7 @@ def test_flags_that_cannot_be_read(flags: list[str]) -> None:
             ["--kind", "cone", "--criterion", "maximum_inscribed"],
             "--kind: criterion maximum_inscribed is",
         ),
-        (["--initial-guess", "{"], "--initial-guess: initial_guess is '{'"),
+        (["--initial-guess", "{"], "--initial-guess: not valid JSON at character "),
     ],
 )
 def test_bad_flags_end_with_status_2(

@@ -10,7 +10,7 @@ import pytest
 
 import primfit
 from primfit.app.readers.cloud import unit_normals
-from primfit.fitting.errors import InvalidPointCloudError
+from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from tests.fitting.clouds import EXAMPLES, noisy
 
 CYLINDER = EXAMPLES["cylinder"]
@@ -63,17 +63,29 @@ def test_wider_and_organized_arrays_by_the_rules_of_files(given: np.ndarray) -> 
     np.testing.assert_array_equal(found.points, POINTS)
 
 
-def test_a_first_column_that_may_be_x_or_not_is_not_guessed() -> None:
+def test_a_first_column_that_may_be_x_or_something_else_is_asked_for() -> None:
     whole = np.column_stack([np.arange(300) // 2, POINTS])
-    with pytest.raises(primfit.InvalidOptionError, match="1,2,3 or 2,3,4; say which"):
+    with pytest.raises(InvalidOptionError, match=r"columns: 4 columns without names: .* 1,2,3 or 2,3,4"):
         primfit.fit(whole)
-    assert primfit.fit(whole, columns=[1, 2, 3]).to_json() == primfit.fit(whole[:, :3]).to_json()
-    assert primfit.fit(whole, columns=[2, 3, 4]).to_json() == PLAIN
+    assert primfit.fit(whole, columns=np.array([2, 3, 4])).to_json() == PLAIN
 
 
-def test_a_transposed_array_is_refused() -> None:
-    with pytest.raises(InvalidPointCloudError, match=r"shape \(3, 300\); \(N, 3\) is needed"):
-        primfit.fit(POINTS.T)
+@pytest.mark.parametrize(
+    "given",
+    [POINTS.T, np.vstack([POINTS.T, np.ones(300)]), POINTS.T.reshape(3, 15, 20)],
+    ids=["(3, N)", "(4, N)", "(3, H, W)"],
+)
+def test_a_transposed_array_is_refused(given: np.ndarray) -> None:
+    with pytest.raises(InvalidPointCloudError, match=r"points have shape .*; \(N, 3\) is needed"):
+        primfit.fit(given)
+
+
+def test_organized_records_are_taken_row_by_row() -> None:
+    found = primfit.fit(records("x y z").reshape(15, 20))
+    assert found.to_json() == PLAIN
+    several = np.zeros(300, [("x", "f8", 3), ("y", "f8"), ("z", "f8")])
+    with pytest.raises(InvalidPointCloudError, match="several numbers a point"):
+        primfit.fit(several)
 
 
 def test_pandas_by_the_names_of_the_columns() -> None:

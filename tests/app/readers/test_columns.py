@@ -12,7 +12,7 @@ import pytest
 import primfit
 from primfit.app.readers import Pick, UnreadableFileError, read
 from primfit.app.readers.columns import as_columns
-from primfit.app.readers.las_unit import DEGREES, OTHER, unit_of
+from primfit.app.readers.las_unit import DEGREES, OTHER, UNEVEN, unit_of
 from tests.app.readers.written import e57, las, npy, npz, pcd, ply, records
 
 POINTS = np.random.default_rng(9).normal(size=(9, 3))
@@ -26,6 +26,7 @@ PICKED: dict[str, tuple[bytes, tuple[Any, ...]]] = {
     "numbers without": (MIXED.partition("\n")[2].encode(), (2, 3, 4)),
     "a header of another width": (MIXED.replace("a,", "", 1).encode(), (2, 3, 4)),
     "an array": (npy(WIDE), (2, 3, 4)),
+    "organized records": (npy(records(POINTS[:, ::-1]).reshape(3, 3)), ("z", "y", "x")),
     "an array in an archive": (npz(points=WIDE), (2, 3, 4)),
     "records": (npy(records(POINTS[:, ::-1])), ("z", "y", "x")),
     "a PCD": (pcd(POINTS[:, ::-1], "binary"), ("z", "y", "x")),
@@ -130,6 +131,13 @@ def _text(text: str) -> dict[tuple[bytes, int], memoryview]:
 
 GEOGRAPHIC = 'GEOGCS["WGS 84",DATUM["D",SPHEROID["S",6378137,298.2]],UNIT["degree",0.0174532925199433]]'
 PROJECTED = f'PROJCS["plane",{GEOGRAPHIC},PROJECTION["P"],UNIT["%s",%s],AXIS["E",EAST]]'
+FOOT = '"US survey foot",0.304800609601219'
+GEODETIC = 'BASEGEOGCRS["g",DATUM["d",ELLIPSOID["GRS 1980",6378137,298.2,LENGTHUNIT["metre",1]]]]'
+IN_FEET = (
+    f'PROJCRS["plane",{GEODETIC},CONVERSION["c",PARAMETER["False easting",9,LENGTHUNIT["metre",1]]],'
+    f'CS[Cartesian,2],AXIS["(E)",east,LENGTHUNIT[{FOOT}]],AXIS["(N)",north,LENGTHUNIT[{FOOT}]]]'
+)
+HEIGHTS = 'COMPD_CS["both",%s,VERT_CS["up",VERT_DATUM["d",2005],UNIT["metre",1.0]]]'
 LAS_UNITS: dict[str, tuple[Mapping[tuple[bytes, int], memoryview], str | None, str]] = {
     "nothing": ({}, None, ""),
     "keys in meters": (_keys(_1024=1, _3076=9001), "m", ""),
@@ -143,6 +151,15 @@ LAS_UNITS: dict[str, tuple[Mapping[tuple[bytes, int], memoryview], str | None, s
     "text of version 2": (
         _text('PROJCRS["x",BASEGEOGCRS["y",ANGLEUNIT["degree",0.017]],LENGTHUNIT["metre",1.0]]'), "m", ""
     ),
+    "text whose ellipsoid is in meters": (_text(IN_FEET), "us-ft", ""),
+    "text with heights in the same unit": (_text(HEIGHTS % (PROJECTED % ("metre", "1"))), "m", ""),
+    "text with heights in another unit": (_text(HEIGHTS % (PROJECTED % ("foot", "0.3048"))), None, UNEVEN),
+    "text with heights, of version 2": (
+        _text(f'COMPOUNDCRS["x",{IN_FEET},VERTCRS["h",AXIS["up",up,LENGTHUNIT["metre",1]]]]'), None, UNEVEN
+    ),
+    "keys with heights in another unit": (_keys(_1024=1, _3076=9003, _4099=9001), None, UNEVEN),
+    "text with a number that is none": (_text(PROJECTED % ("metre", "1.2.3")), None, OTHER),
+    "text of a single word": (_text(PROJECTED[:7] + "A" * 60_000), None, ""),
     "an empty text": (_text("\0"), None, ""),
 }  # fmt: skip
 

@@ -191,6 +191,7 @@ WRITTEN = {
     "a comment cut by commas": "# POINT_ID, X, Y, Z, R\n9 1.5 2 3 0\n3 4 5 6 0\n5 7 8 9 0\n",
     "a comment that names the first columns": "# x y z\n1.5 2 3 70\n4 5 6 80\n7 8 9 90\n",
     "numbered columns": "0,1,2\n1.5,2,3\n4,5,6\n7,8,9\n",
+    "numbered columns and decimal commas": "0;1;2\n1,5;2;3\n4;5;6\n7;8;9\n",
     "decimal commas between semicolons": "X;Y;Z\n1,5;2;3,0\n4;5;6\n7;8;9\n",
     "decimal commas between spaces": "1,5 2,0 3,0\n4,0 5,0 6,0\n7,0 8,0 9,0\n",
     "decimal commas between tabs": "1,5\t2\t3\n4\t5\t6\n7\t8\t9\n",

@@ -159,6 +159,8 @@ BROKEN = {
     "npy of one dimension": (_npy(np.ones(9)), "shape"),
     "npy of two columns": (_npy(np.ones((9, 2))), "shape"),
     "npy transposed": (_npy(np.ones((3, 50))), "shape"),
+    "npy of four long rows": (_npy(np.ones((4, 50))), "shape"),
+    "npy of channels": (_npy(np.ones((3, 20, 30))), "shape"),
     "npy of four dimensions": (_npy(np.ones((3, 3, 3, 3))), "shape"),
     "npy claiming 10^12 points": (_npy_claiming((10**12, 3)), "file"),
     "npy claiming 10^30 points": (_npy_claiming((10**30, 3)), "file"),
