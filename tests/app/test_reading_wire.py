@@ -19,7 +19,7 @@ TABLE[[5, 9], 2] = np.nan
 CSV = b"kind,E,N,H\n" + b"\n".join(b",".join(b"%.17g" % cell for cell in row) for row in TABLE.tolist())
 KEPT = np.delete(POINTS, [5, 9], axis=0)
 OPTIONS = {"columns": ["E", "N", "H"], "unit": "mm"}
-WARNING = "Missing points were dropped: 2 have coordinates that are not finite."
+WARNING = "Missing points were dropped: 2 with coordinates that are not finite."
 
 
 def _run(*args: object) -> Any:

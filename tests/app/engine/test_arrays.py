@@ -165,7 +165,7 @@ def test_masked_coordinates_are_missing() -> None:
     others = primfit.fit(np.delete(POINTS, 3, axis=0)).to_dict()
     assert primfit.fit(masked).to_dict()["primitive"] == others["primitive"]
     assert primfit.fit(masked).warnings == (
-        "Missing points were dropped: 1 have coordinates that are not finite.",
+        "Missing points were dropped: 1 with coordinates that are not finite.",
     )
     with pytest.raises(InvalidPointCloudError, match="1 coordinates are NaN or infinite") as caught:
         primfit.fit(masked, missing="error")
