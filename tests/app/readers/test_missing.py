@@ -113,5 +113,5 @@ def test_json_is_strict_where_a_number_is_no_coordinate() -> None:
 def test_zeros_of_an_e57_scan_are_missing_wherever_its_pose_moves_them() -> None:
     pose = (1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0)
     cloud = without_missing(read(e57(np.vstack([POINTS, np.zeros((3, 3))]), pose=pose)))
-    np.testing.assert_allclose(cloud.points, POINTS + [5.0, 6.0, 7.0])
+    np.testing.assert_allclose(cloud.points, POINTS + np.array([5.0, 6.0, 7.0]))
     assert cloud.dropped == {"not_finite": 0, "zero": 3}
