@@ -22,6 +22,7 @@ from .cloud import Array, Cloud, as_labels, build_cloud
 from .columns import FOUND, Columns, Pick, find_label
 from .errors import UnreadableFileError
 from .limits import UNLIMITED, Limits
+from .missing import repeated_zeros
 from .rows import check_bytes
 
 _HEADER = struct.Struct("<8x2L4Q")
@@ -193,7 +194,10 @@ def _scan(
     if fields[-1] == state:
         table = table[table[:, -1] == 0.0, :-1]
     points = table[:, :3] if system == _CARTESIAN else _to_cartesian(table[:, :3])
+    zero = repeated_zeros(points)
     table[:, :3] = _move(points, scan)
+    if zero is not None:  # the pose would hide them at the scanner's position
+        table[zero, :3] = 0.0
     return table, n_points - len(table)
 
 

@@ -45,7 +45,8 @@ def read_json(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) 
     if not isinstance(options, dict):
         raise UnreadableFileError("options", "options must be an object", describe(options))
     _refuse_twice(body, [*document, *options])
-    check_no_columns(Pick(columns=pick.columns), "JSON")
+    asked = options.get("columns") if pick.columns is None else pick.columns
+    check_no_columns(Pick(columns=asked), "JSON")
     points = to_points(document["points"], limits)
     beside = _beside(document, points, limits)
     columns = ("x", "y", "z", *(name for name in beside if name != "labels"))

@@ -11,7 +11,7 @@ from .errors import InvalidPointsError
 DROPPED = NOT_FINITE, ZERO = "not_finite", "zero"
 """Why points are missing."""
 
-_WORDS = {NOT_FINITE: "with coordinates that are not finite", ZERO: "exactly at (0, 0, 0)"}
+_WORDS = {NOT_FINITE: "with coordinates that are not finite", ZERO: "exact zeros (0, 0, 0)"}
 
 
 def without_missing(cloud: Cloud, missing: str = "drop") -> Cloud:
@@ -29,7 +29,7 @@ def without_missing(cloud: Cloud, missing: str = "drop") -> Cloud:
         check_finite(cloud.points)
         return cloud
     lost = np.logical_not(np.isfinite(cloud.points).all(axis=1))
-    zero = _repeated_zeros(cloud.points)
+    zero = repeated_zeros(cloud.points)
     if zero is None and not lost.any():
         return cloud
     counts = {NOT_FINITE: int(np.count_nonzero(lost))}
@@ -51,7 +51,7 @@ def warnings_of(cloud: Cloud) -> tuple[str, ...]:
     return (*cloud.warnings, f"Missing points were dropped: {told}.") if told else cloud.warnings
 
 
-def _repeated_zeros(points: Array) -> NDArray[np.bool_] | None:
+def repeated_zeros(points: Array) -> NDArray[np.bool_] | None:
     """Which points (N, 3) are exact zeros, if several are."""
     if np.count_nonzero(points[:, 0] == 0.0) < 2:
         return None

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
@@ -94,6 +94,8 @@ def look(text: bytes, pick: Pick) -> Layout:
         names = names and (names + [""] * width)[:width]
     if names is None:
         columns = _unnamed([cells_of(line, delimiter) for _, line in rows], delimiter, width, pick)
+        if announced is not None:  # in a PTS file the first three are x, y and z
+            columns = replace(columns, warnings=())
     else:
         columns = find_columns(names, pick)
         if units:

@@ -35,10 +35,14 @@ def number_columns(
         return find_columns(numbers, pick)
     label = None if pick.labels in (None, AUTO_LABELS) else find_label(numbers, pick.labels)
     label_name = None if label is None else pick.labels
-    first = 0 if table is None or width == 3 else _place_of_x(table, no_numbers)
+    if table is None or width == 3:
+        return Columns(XYZ.names, XYZ.points, (), label, label_name)
+    first = _place_of_x(table, no_numbers)
     places = tuple(range(first, first + 3))
     names = tuple(numbers[i] for i in places) if first else XYZ.names
-    return Columns(names, places, (), label, label_name)
+    taken = f"columns {', '.join(numbers[i] for i in places)} are taken for x, y and z."
+    warning = f"The {width} columns have no names: {taken}"
+    return Columns(names, places, (), label, label_name, warnings=(warning,))
 
 
 def is_index(values: ArrayLike) -> bool:

@@ -53,12 +53,13 @@ def test_six_columns_bring_normals() -> None:
         (MIXED.encode(), (2, 3, 5), "there is no such column"),
         (MIXED.encode(), ("b", 2, "c"), "two of these columns are the same"),
         (b'{"points": [[1, 2, 3]]}', (1, 2, 3), "JSON has no columns"),
+        (b'{"points": [[1, 2, 3]], "options": {"columns": [3, 2, 1]}}', None, "JSON has no columns"),
         (b"v 1 2 3\nv 4 5 6\n", (1, 2, 3), "a mesh has no columns"),
         (e57(POINTS), (1, 2, 3), "nothing to choose"),
     ],
-    ids=["name", "number", "twice", "json", "obj", "e57"],
+    ids=["name", "number", "twice", "json", "options in json", "obj", "e57"],
 )
-def test_columns_that_are_not_there_are_named(data: bytes, columns: tuple[Any, ...], message: str) -> None:
+def test_columns_that_are_not_there_are_named(data: bytes, columns: Any, message: str) -> None:
     with pytest.raises(UnreadableFileError, match=message) as caught:
         read(data, pick=Pick(columns=columns))
     assert caught.value.field == "columns"

@@ -8,7 +8,7 @@ import pytest
 from primfit.app.engine.cut import cut_cloud
 from primfit.app.readers import InvalidPointsError, Pick, UnreadableFileError, read, without_missing
 from primfit.app.readers.missing import warnings_of
-from tests.app.readers.written import npy, pcd, records
+from tests.app.readers.written import e57, npy, pcd, records
 
 POINTS = np.random.default_rng(8).normal(size=(12, 3))
 HOLES = POINTS.copy()
@@ -73,7 +73,7 @@ def test_zeros_are_missing_where_they_repeat() -> None:
     assert without_missing(read(npy(once))).points.tolist() == once.tolist()
     cloud = without_missing(read(npy(twice)))
     assert len(cloud.points) == 10 and cloud.dropped == {"not_finite": 0, "zero": 2}
-    assert warnings_of(cloud) == ("Missing points were dropped: 2 exactly at (0, 0, 0).",)
+    assert warnings_of(cloud) == ("Missing points were dropped: 2 exact zeros (0, 0, 0).",)
     assert len(without_missing(read(npy(twice)), "error").points) == 12
 
 
@@ -108,3 +108,10 @@ def test_json_is_strict_where_a_number_is_no_coordinate() -> None:
                  b'{"points": [[NaN, 2, 3]', b'[' * 100_000 + b'NaN'):  # fmt: skip
         with pytest.raises(UnreadableFileError):
             read(text)
+
+
+def test_zeros_of_an_e57_scan_are_missing_wherever_its_pose_moves_them() -> None:
+    pose = (1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0)
+    cloud = without_missing(read(e57(np.vstack([POINTS, np.zeros((3, 3))]), pose=pose)))
+    np.testing.assert_allclose(cloud.points, POINTS + np.array([5.0, 6.0, 7.0]))
+    assert cloud.dropped == {"not_finite": 0, "zero": 3}

@@ -127,7 +127,9 @@ def test_mutated_files_are_read_or_refused_and_never_crash(data: st.DataObject) 
         letters = st.text("0123456789-+e. \n", max_size=20).map(str.encode)
         whole[start:end] = data.draw(st.binary(max_size=10) | letters)
     with suppress(UnreadableFileError):
-        assert np.isfinite(read(bytes(whole), Limits(points=1000)).points).all()
+        # A mutated number may be 1e999.
+        cloud = without_missing(read(bytes(whole), Limits(points=1000)))
+        assert np.isfinite(cloud.points).all()
 
 
 def test_a_table_that_begins_with_two_counts_is_no_ptx() -> None:

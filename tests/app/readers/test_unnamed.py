@@ -68,6 +68,16 @@ def test_the_first_three_are_x_y_and_z_whatever_follows(behind: np.ndarray) -> N
         np.testing.assert_array_equal(read(npy(rows)).points, points)
 
 
+def test_which_columns_are_taken_is_said_where_there_are_others() -> None:
+    rows = np.column_stack([POINTS, COLORS])
+    for table, taken in ((rows, "1, 2, 3"), (np.column_stack([np.arange(40), rows]), "2, 3, 4")):
+        text = "\n".join(" ".join(f"{x:g}" for x in row) for row in table)
+        for data in (text.encode(), npy(table)):
+            warning = f"The {table.shape[1]} columns have no names: columns {taken} are taken for x, y and z."
+            assert read(data).warnings == (warning,)
+    assert read(npy(POINTS)).warnings == () and read(b"2\n1 2 3 4\n5 6 7 8\n").warnings == ()
+
+
 def test_a_grid_whose_first_row_counts_up_has_no_index() -> None:
     """Heights as an image has them: x counts up along a row of 25, which is longer than what is looked at."""
     rows = [(i % 25, i // 25, 10.0 + i % 7 / 8.0, 200) for i in range(100)]
