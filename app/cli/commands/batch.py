@@ -93,11 +93,11 @@ def batch(
     except InterruptedRunError as error:
         complain("batch", f"{error}; answers are in {out}")
         raise typer.Exit(INTERRUPTED) from None
-    _tell(summary, planned, out)
-    if not summary.n_clouds:
-        raise typer.Exit(BAD_INPUT)
     statuses = [problem.exit_status for problem in summary.problems]
-    raise typer.Exit(worst([*statuses, *gathered.write(summary.parts)]))
+    if summary.n_clouds:
+        statuses += gathered.write(summary.parts)
+    _tell(summary, planned, out)
+    raise typer.Exit(worst(statuses) if summary.n_clouds else BAD_INPUT)
 
 
 def _tell(summary: "Summary", planned: "Plan", out: Path) -> None:

@@ -134,6 +134,9 @@ def _statuses(
             yield found.exit_status
             continue
         fitted, answer = found
+        # Before the answer is printed: whoever reads it may leave early.
+        if artifacts is not None:
+            yield artifacts.write(fitted)
         if as_json:
             line = to_json(answer)
             sys.stdout.buffer.write(item.line("answer", line) if item else line + b"\n")
@@ -141,8 +144,6 @@ def _statuses(
         else:
             show(name, answer)
         yield EXIT[answer["status"]]
-        if artifacts is not None:
-            yield artifacts.write(fitted)
 
 
 def _answers(

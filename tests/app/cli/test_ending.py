@@ -54,6 +54,14 @@ def test_a_reader_that_leaves_is_no_fault(words: list[str]) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_what_is_to_be_written_is_there_though_the_reader_left(tmp_path: Path) -> None:
+    report, table = tmp_path / "report.html", tmp_path / "all.csv"
+    assert _without_reader("fit", CLOUD, "--report", str(report)).returncode == 0
+    words = ("--out", str(tmp_path / "out"), "--table", str(table), "--workers", "1")
+    _without_reader("batch", CLOUD, *words)
+    assert report.stat().st_size > 1000 and table.read_text().count("\n") == 2
+
+
 def test_the_lines_up_to_then_are_whole() -> None:
     process = subprocess.Popen(
         [*COMMAND, "fit", "--json", *[CLOUD] * 40], stdout=subprocess.PIPE, stderr=subprocess.PIPE
