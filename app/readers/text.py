@@ -19,7 +19,7 @@ from .unnamed import check_first
 
 _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
 # What ends a file of old DOS programs, and the lines behind it.
-_END = b"\x1a\r\n"
+_END, _TAIL = b"\x1a\r\n", 64
 _BLANK = " \t\r\f\v"
 _SIGNS = ("%", "!")
 
@@ -27,7 +27,7 @@ _SIGNS = ("%", "!")
 def read_text(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read a text of one point a line; without a header columns are known by their numbers, from 1."""
     check_lines(data)
-    text = plain_numbers(bytes(data).rstrip(_END))
+    text = plain_numbers(_without_end(data))
     if b"\n" not in text:
         text = text.replace(b"\r", b"\n")
     if b"\0" in text:
@@ -47,6 +47,12 @@ def read_text(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) 
     found = None if layout.columns.label is None else _labels(cells)
     cloud = build_cloud(table, layout.columns.packed(), "text", found)
     return replace(cloud, warnings=cloud.warnings + _wrong_counts(scans))
+
+
+def _without_end(data: memoryview) -> bytes:
+    """The text but for what ends an old file, in one copy."""
+    tail = bytes(data[-_TAIL:])
+    return bytes(data[: len(data) - len(tail) + len(tail.rstrip(_END))])
 
 
 @dataclass
