@@ -60,7 +60,7 @@ def radii(const double[:, ::1] points, const double[::1] center):
 
 
 def chosen(const double[:, ::1] points, const double[:, ::1] normals, const Py_ssize_t[::1] order, Py_ssize_t most):
-    """At most so many of the points (N, 3), evenly over their order (N,), centerd, in rms radii; and their normals.
+    """At most so many of the points (N, 3), evenly over their order (N,), centered, in rms radii; and their normals.
 
     With the center (3,) and the rms radius that they had.
     """

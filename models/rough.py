@@ -104,7 +104,7 @@ def rough_features(points: Array, normals: Array) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    points : (N, 3), centerd, with rms radius 1
+    points : (N, 3), centered, with rms radius 1
     normals : (N, 3), signs arbitrary
 
     Returns

@@ -97,7 +97,7 @@ def form_of(primitive: Primitive, points: Array) -> Form:
     end = cheapest_minimum(start, NO_ROWS, Trial(start.kind, cloud))
     least_squares = end if isinstance(end, FailedFit) else end.primitive
     best = start if isinstance(least_squares, FailedFit) else least_squares
-    zone = _minimum_zone(_centerd(best, cloud), cloud)
+    zone = _minimum_zone(_centered(best, cloud), cloud)
     references = (_reference(found, start, cloud) for found in (least_squares, zone))
     return Form(name, len(points), *references)
 
@@ -112,7 +112,7 @@ def _reference(found: Primitive | FailedFit, start: Primitive, cloud: Cloud) -> 
     return Reference.of(type(found).from_row(row), cloud.points, cloud.frame)
 
 
-def _centerd(primitive: Primitive, cloud: Cloud) -> Primitive:
+def _centered(primitive: Primitive, cloud: Cloud) -> Primitive:
     """The offset whose largest distances to both sides are equal: the middle of the zone of its points."""
     distance = primitive.signed_distance(cloud.points)
     step = np.zeros(primitive.dof)

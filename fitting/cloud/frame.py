@@ -1,4 +1,4 @@
-"""The frame in which everything is estimated: centerd at the centroid, scaled to an extent near 1."""
+"""The frame in which everything is estimated: centered at the centroid, scaled to an extent near 1."""
 
 import math
 from dataclasses import dataclass

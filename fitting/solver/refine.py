@@ -48,7 +48,7 @@ def refine(
     Parameters
     ----------
     primitive : where to start, in the frame of the points
-    points : (N, 3) in a frame centerd near the origin, extent near 1
+    points : (N, 3) in a frame centered near the origin, extent near 1
     kernel : plain least squares by default
     scale : residual of one unit, in the unit of the points
     max_iterations : steps that lower the cost; `STEPS` by default, `LIMITED_STEPS` within bounds
@@ -80,7 +80,7 @@ def linearize(primitive: Primitive, points: Array) -> tuple[Array, Array]:
     """Signed distances (N,) and their derivatives (N, dof) by a step in minimal coordinates.
 
     The coordinates turn an axis or a normal about the point of the axis or plane that lies closest to the
-    origin (a torus about its center), so the points should be centerd there. `fitting.solver._descent` names
+    origin (a torus about its center), so the points should be centered there. `fitting.solver._descent` names
     them and has the formulas.
     """
     return _descent.derivatives(CODES[primitive.kind], primitive.row(), np.ascontiguousarray(points))

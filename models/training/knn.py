@@ -65,7 +65,7 @@ def train(
         "seen_points": NORMAL_POINTS,
         "feature_blocks": BLOCKS,
         "projection": "linear discriminant analysis of the standardized features",
-        "neighbors": NEIGHBOURS,
+        "neighbours": NEIGHBOURS,
         "smoothing": SMOOTHING,
     }
     return save(arrays, "knn", recipe, seed, scores, directory)

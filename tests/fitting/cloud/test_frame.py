@@ -1,4 +1,4 @@
-"""The frame of the search: centerd, of size one, and without rounding."""
+"""The frame of the search: centered, of size one, and without rounding."""
 
 import numpy as np
 import pytest
