@@ -105,7 +105,8 @@ def fit(
     nominal : what the primitive should be: its `kind`, and any of its parameters, each a value or
         `{"value": 25, "tolerance": 0.05}`; `Recognition.conformance` says how far it deviates
     form_tolerance : largest form error of the inliers allowed [length]; the verdict stands there, too
-    columns : of x, y and z in a file, and perhaps of nx, ny and nz: names, or numbers from 1; None finds them
+    columns : of x, y and z in a file, and perhaps of nx, ny and nz: names, or numbers from 1; None finds
+        them. A cloud from `read` takes none: there they were chosen
     missing : points that are NaN or infinite, or exact zeros like several others, are dropped (`drop`), with
         a warning; `error` refuses the former and keeps the latter
     unit : of the points, for the words of the answer: `um`, `mm`, `cm`, `m`, `km`, `inch`, `ft` or `us-ft`;
@@ -197,6 +198,11 @@ def read(
 def cloud_of(points: Any, columns: str | Sequence[str | int] | None = None) -> Cloud:
     """The cloud in a file, or in what `as_cloud` takes."""
     if isinstance(points, Cloud):
+        if columns is not None:
+            raise InvalidOptionError(
+                "columns choose from a file, and this cloud was read already: give them to primfit.read",
+                "columns",
+            )
         return points
     if isinstance(points, str | PathLike):
         return read(points, columns=columns)
@@ -253,15 +259,6 @@ def config_of(
     )
 
 
-def _of_steps(cloud: Cloud) -> list[str]:
-    """A warning where coordinates were stored as float32 far from the origin."""
-    step = float32_step(cloud.points, bounds(cloud.points))
-    if step is None:
-        return []
-    remedy = "store float64, or subtract an offset before writing float32, for a finer answer"
-    return [f"The coordinates are float32 numbers in steps of {figure(step, cloud.unit)}: {remedy}."]
-
-
 def fit_cloud(cloud: Cloud, options: Mapping[str, Any]) -> Recognition:
     """`fit` of a cloud as it was read, with checked options."""
     cloud = prepared(cloud, options)
@@ -274,6 +271,15 @@ def fit_cloud(cloud: Cloud, options: Mapping[str, Any]) -> Recognition:
         cloud.standard_deviations,
     )
     return replace(found, warnings=(*warnings_of(cloud), *_of_steps(cloud), *_of_sizes(found)))
+
+
+def _of_steps(cloud: Cloud) -> list[str]:
+    """A warning where coordinates were stored as float32 far from the origin."""
+    step = float32_step(cloud.points, bounds(cloud.points))
+    if step is None:
+        return []
+    remedy = "store float64, or subtract an offset before writing float32, for a finer answer"
+    return [f"The coordinates are float32 numbers in steps of {figure(step, cloud.unit)}: {remedy}."]
 
 
 def _of_sizes(found: Recognition) -> list[str]:

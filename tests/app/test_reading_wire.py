@@ -138,6 +138,8 @@ def test_what_was_read_is_fitted_and_cut_by_its_labels(tmp_path: Path) -> None:
     file.write_text("X [cm],Y [cm],Z [cm],part\n" + "\n".join(rows))
     cloud = primfit.read(file, labels="part")
     assert cloud == primfit.read(str(file), columns="X,Y [cm],3", labels="part")
+    with pytest.raises(primfit.InvalidOptionError, match=r"was read already: give them to primfit\.read"):
+        primfit.fit(cloud, columns="X,Y [cm],3")
     assert (
         primfit.fit(cloud).to_json()
         == primfit.fit(file).to_json()
