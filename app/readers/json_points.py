@@ -64,7 +64,9 @@ def _fields(document: object) -> dict[str, Any]:
     if unknown:
         allowed = f"unknown field; allowed are {', '.join(_FIELDS)}"
         errors = [FieldError(name[:40], allowed) for name in unknown]
-        raise UnreadableFileError("body", f"fields that are not known: {len(unknown)}", errors=errors)
+        told = ", ".join(f"{name!r:.40}" for name in unknown[:3]) + (", ..." if len(unknown) > 3 else "")
+        message = f"unknown fields: {told}; allowed are {', '.join(_FIELDS)}"
+        raise UnreadableFileError("body", message, errors=errors)
     if "points" not in document:
         raise UnreadableFileError("points", "points is missing", "missing")
     return document

@@ -124,3 +124,8 @@ def test_one_point_over_the_limit_is_refused() -> None:
 def test_a_string_that_breaks_off_is_refused_whatever_it_holds(text: bytes) -> None:
     with pytest.raises(UnreadableFileError, match="not valid JSON at character"):
         read_json(memoryview(text))
+
+
+def test_unknown_fields_are_named() -> None:
+    with pytest.raises(UnreadableFileError, match=r"unknown fields: 'seed', 'unit'; allowed are points, "):
+        read_json(memoryview(b'{"points": [[1, 2, 3]], "seed": 3, "unit": "mm"}'), Limits())
