@@ -31,7 +31,7 @@ def test_real_clouds_are_recognized_exactly(classifier: str) -> None:
 
 def test_every_artifact_of_every_real_cloud_is_made() -> None:
     for case in shrec22_cases(DATA):
-        files = export(fit(case.points), list(FORMATS), case.points)
+        files = export(fit(case.points), list(FORMATS), case.points, unit="mm")
         assert files.keys() == FORMATS.keys()
         form = json.loads(files["form"])
         rounding = 1e-12
