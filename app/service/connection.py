@@ -1,6 +1,7 @@
 """A connection that nobody can hold for long, nor fill: uvicorn's, with limits on what a client may do."""
 
 import asyncio
+import sys
 import uuid
 from functools import partial
 from typing import Any
@@ -186,7 +187,7 @@ class Connection(HttpToolsProtocol):
 
     def pause_writing(self) -> None:
         super().pause_writing()
-        self._n_waiting = self.transport.get_write_buffer_size()
+        self._n_waiting = self._n_untaken()
 
     def resume_writing(self) -> None:
         self._taken()
@@ -239,9 +240,14 @@ class Connection(HttpToolsProtocol):
         return False
 
     def _taken(self) -> None:
-        """Note what has left the buffer: at least what it holds less than when it was last looked at."""
-        before, self._n_waiting = self._n_waiting, self.transport.get_write_buffer_size()
+        """Note what the client has taken: at least what waits less than when it was last looked at."""
+        before, self._n_waiting = self._n_waiting, self._n_untaken()
         self._outgoing.moved(max(0, before - self._n_waiting))
+
+    def _n_untaken(self) -> int:
+        """Bytes that wait, with those in the system's buffer, which may be megabytes; 0 if it takes all."""
+        n_bytes: int = self.transport.get_write_buffer_size()
+        return n_bytes and n_bytes + _n_sent(self.transport.get_extra_info("socket").fileno())
 
     def _refuse(self, error: ServiceError) -> None:
         """Read no further, and tell why, after the answers to the requests that came before."""
@@ -302,6 +308,17 @@ class Connection(HttpToolsProtocol):
         self._dropped += n_bytes
         if self._dropped > _LINGER_BYTES:
             self.transport.close()
+
+
+def _n_sent(descriptor: int) -> int:
+    """Bytes that the system has taken and the client has not; 0 where it does not tell (not Linux)."""
+    try:
+        from fcntl import ioctl
+        from termios import TIOCOUTQ
+
+        return int.from_bytes(ioctl(descriptor, TIOCOUTQ, bytes(4)), sys.byteorder)
+    except (ImportError, OSError):
+        return 0
 
 
 class _Flow(FlowControl):
