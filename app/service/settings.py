@@ -137,7 +137,7 @@ class Settings(BaseSettings):
     max_batch_items: int = Field(default=10_000, ge=1, description="most files and segments of one batch")
     queue_size: int = Field(default=64, ge=0, description="requests that may wait for a free worker")
     worker_memory: int = Field(
-        default=2048 * MIB,
+        default=1024 * MIB,
         ge=64 * MIB,
         description="bytes that reading and fitting one cloud may take in a worker (Linux)",
     )
