@@ -24,12 +24,14 @@ _SENT = (
     "Content-Encoding",
     "Content-Type",
     "If-None-Match",
+    "Prefer",
     "X-API-Key",
     "X-Request-Id",
 )
 _SEEN = (
     "Content-Disposition",
     "ETag",
+    "Preference-Applied",
     "RateLimit",
     "RateLimit-Policy",
     "Retry-After",

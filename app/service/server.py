@@ -8,6 +8,7 @@ import signal
 import socket
 import sys
 import threading
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -19,7 +20,7 @@ from .api import create_app
 from .connection import Connection
 from .door import Door
 from .listener import Listener
-from .settings import Settings, load
+from .settings import RENEWABLE, Settings, SettingsError, load
 
 _log = logging.getLogger("primfit")
 
@@ -31,7 +32,8 @@ class ListenError(OSError):
 def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -> None:
     """Serve until a signal stops it; what is None comes from the environment or a file (`Settings`)."""
     given: dict[str, Any] = {"host": host, "port": port, "workers": workers}
-    settings = load(**{name: value for name, value in given.items() if value is not None})
+    flags = {name: value for name, value in given.items() if value is not None}
+    settings = load(**flags)
     with listen(settings.host, settings.port) as listener:
         logs.configure(settings.log_format)
         address, taken_port = listener.getsockname()[:2]
@@ -44,8 +46,11 @@ def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -
             threading.Thread(target=first_look.show, args=(_url(listener),), daemon=True).start()
         # The server catches both signals, and sends them again when it has stopped.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+        server = _Server(settings, is_loopback(address))
+        if hasattr(signal, "SIGHUP"):
+            signal.signal(signal.SIGHUP, lambda *_: server.renew(flags))
         try:
-            _Server(settings, is_loopback(address)).run(sockets=[listener])
+            server.run(sockets=[listener])
         except KeyboardInterrupt:
             pass
 
@@ -73,6 +78,24 @@ class _Server(uvicorn.Server):
         """Listen, and look after the connections from then on."""
         await super().startup(sockets)
         self._watch = asyncio.create_task(self._door.watch(self.server_state.connections))
+
+    def renew(self, flags: Mapping[str, Any]) -> None:
+        """Read the settings again, and go by those from now on that can change while the service runs."""
+        state = self._app.state
+        try:
+            read = load(**flags)
+            keys = read.keys()
+        except (SettingsError, OSError, ValueError) as error:
+            _log.error("SIGHUP: nothing is changed: %s", error)
+            return
+        old = state.settings
+        changed = [name for name in Settings.model_fields if getattr(read, name) != getattr(old, name)]
+        later = [name for name in changed if name not in RENEWABLE]
+        state.access.renew(keys, read.rate_limit)
+        state.settings = old.model_copy(update={name: getattr(read, name) for name in RENEWABLE})
+        _log.info("SIGHUP: settings and keys are read again")
+        if later:
+            _log.warning("SIGHUP: %s will change when the service is started anew", ", ".join(later))
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Take requests for a moment longer, then close the listener and let those under way finish."""
