@@ -17,7 +17,7 @@ from pydantic_settings import (
     TomlConfigSettingsSource,
 )
 
-from ..readers.limits import Limits
+from ..readers.limits import RATIO, Limits
 from .keys import Keys
 
 MIB = 1024 * 1024
@@ -245,7 +245,7 @@ class Settings(BaseSettings):
     @property
     def limits(self) -> Limits:
         """How much a reader may take in."""
-        return Limits(self.max_points, self.max_json_points, self.max_body_bytes)
+        return Limits(self.max_points, self.max_json_points, self.max_body_bytes, RATIO)
 
     def keys(self) -> Keys:
         """The API keys of both places; `ValueError` or `OSError` where they cannot be used."""
