@@ -10,6 +10,8 @@ _SENT = (
     "Content-Encoding",
     "Content-Type",
     "If-None-Match",
+    "traceparent",
+    "tracestate",
     "X-API-Key",
     "X-Request-Id",
 )
