@@ -103,9 +103,7 @@ class _Pool(Collector):
         pool = self._pool
         yield GaugeMetricFamily("primfit_workers_warm", "Workers that are warm.", pool.n_warm)
         yield GaugeMetricFamily("primfit_workers_busy", "Workers that read or fit now.", pool.n_busy)
-        yield GaugeMetricFamily(
-            "primfit_queue_length", "Requests and items of batches that wait for a worker.", pool.n_waiting
-        )
+        yield GaugeMetricFamily("primfit_queue_length", "Requests that wait for a worker.", pool.n_waiting)
         yield CounterMetricFamily(
             "primfit_worker_restarts", "Workers started in place of one that ended.", pool.n_restarts
         )
