@@ -10,6 +10,7 @@ _SENT = (
     "Content-Encoding",
     "Content-Type",
     "If-None-Match",
+    "Prefer",
     "traceparent",
     "tracestate",
     "X-API-Key",
@@ -18,6 +19,7 @@ _SENT = (
 _SEEN = (
     "Content-Disposition",
     "ETag",
+    "Preference-Applied",
     "RateLimit",
     "RateLimit-Policy",
     "Retry-After",

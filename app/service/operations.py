@@ -7,7 +7,7 @@ import orjson
 
 from ..wire.problems import MEDIA_TYPE
 from .media_types import RAW_TYPES
-from .parameters import ARTIFACT_OPTIONS, IF_NONE_MATCH, LABELS, REF, options_in_query
+from .parameters import ARTIFACT_OPTIONS, IF_NONE_MATCH, LABELS, PREFER, REF, options_in_query
 
 _EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -72,7 +72,10 @@ _FILES = {
     **dict.fromkeys(("model/ply", "application/ply"), "few.ply"),
 }
 _OPTIONS = {"kinds": ["cylinder", "cone"]}
-_SERVER_TIMING = {"Server-Timing": {"$ref": "#/components/headers/ServerTiming"}}
+_TOLD = {
+    "Server-Timing": {"$ref": "#/components/headers/ServerTiming"},
+    "Preference-Applied": {"$ref": "#/components/headers/PreferenceApplied"},
+}
 _FILE_NAME = {
     "description": "a name for the file, after that of the uploaded one",
     "schema": {"type": "string"},
@@ -109,16 +112,16 @@ FIT: dict[str, Any] = {
     "response_description": "What was found",
     "responses": {
         "200": {
-            "headers": {"ETag": _ETAG, **_SERVER_TIMING},
+            "headers": {"ETag": _ETAG, **_TOLD},
         },
-        **{status: refused(status, "example") for status in ("412", "408", "413", "500", "504")},
+        **{status: refused(status, "example") for status in ("412", "408", "413", "500", "504", "507")},
         "415": refused("415"),
         "422": refused("422", "points", "file", "options"),
         "503": refused("503"),
     },
     "openapi_extra": {
         "requestBody": _body("FitUpload", {"file": text("few.csv"), "options": _OPTIONS}),
-        "parameters": [*options_in_query(), IF_NONE_MATCH],
+        "parameters": [*options_in_query(), IF_NONE_MATCH, PREFER],
     },
 }
 # Only `fit` has tags to compare.
@@ -129,14 +132,14 @@ FIT_EXPORT: dict[str, Any] = {
     "responses": {
         **_REFUSALS,
         "200": {
-            "headers": {"Content-Disposition": _FILE_NAME, **_SERVER_TIMING},
+            "headers": {"Content-Disposition": _FILE_NAME, **_TOLD},
             "content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}},
         },
         "422": refused("422"),
     },
     "openapi_extra": {
         "requestBody": FIT["openapi_extra"]["requestBody"],
-        "parameters": [*ARTIFACT_OPTIONS, *options_in_query()],
+        "parameters": [*ARTIFACT_OPTIONS, *options_in_query(), PREFER],
     },
 }
 FIT_BATCH: dict[str, Any] = {

@@ -27,6 +27,11 @@ HEADERS: dict[str, Any] = {
         "schema": _REQUEST_ID,
     },
     "RetryAfter": {"description": "seconds to wait before the next try", "schema": {"type": "integer"}},
+    "PreferenceApplied": {
+        "description": "the `wait` that was kept to, where one was asked for",
+        "schema": {"type": "string"},
+        "example": "wait=5",
+    },
     "ServerTiming": {"description": "milliseconds of each step", "schema": {"type": "string"}},
 }
 
@@ -82,6 +87,14 @@ IF_NONE_MATCH: dict[str, Any] = {
     "in": "header",
     "required": False,
     "description": "ETag of an answer that you have: 412 instead of a fit where it would be the same",
+    "schema": {"type": "string"},
+}
+PREFER: dict[str, Any] = {
+    "name": "Prefer",
+    "in": "header",
+    "required": False,
+    "description": "`wait=5`: refuse or stop what is not answered within 5 seconds of the body; at most the "
+    "`fit_time_limit` of the service, which holds by default",
     "schema": {"type": "string"},
 }
 LABELS: dict[str, Any] = {

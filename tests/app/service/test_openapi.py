@@ -74,10 +74,9 @@ PROBLEMS: dict[str, dict[str, Exception]] = {
         "worker_died": problems.WorkerDiedError("the worker process ended while it worked on this request"),
         "stopping": problems.StoppingError("the service stopped before the answer was ready; ask again"),
     },
-    "504": {
-        "example": problems.TimeLimitError(
-            "not done after 60 s, the limit of this service; the work was stopped"
-        )
+    "504": {"example": problems.TimeLimitError("not done within 60 s; the work was stopped")},
+    "507": {
+        "example": problems.InsufficientStorageError("the disk for temporary files is full; try again later")
     },
 }
 
