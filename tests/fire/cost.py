@@ -68,12 +68,12 @@ def added(connection: socket.socket) -> np.ndarray:
 
 
 def compared(before: socket.socket, after: socket.socket) -> tuple[np.ndarray, np.ndarray]:
-    """Milliseconds of requests to either (blocks, BLOCK), asked in turns."""
-    found: list[list[list[float]]] = [[], []]
+    """What `asked` tells of requests to either (blocks, BLOCK, 2), asked in turns."""
+    found: list[list[list[tuple[float, float]]]] = [[], []]
     for i in range(N_REQUESTS // BLOCK):
         for which in (0, 1) if i % 2 else (1, 0):
             connection = (before, after)[which]
-            found[which].append([asked(connection)[0] for _ in range(BLOCK)])
+            found[which].append([asked(connection) for _ in range(BLOCK)])
     return np.array(found[0]), np.array(found[1])
 
 
@@ -92,12 +92,14 @@ def compare(figures: Report, checkouts: list[Path]) -> None:
         connected(Path(folder), *checkouts) as connections,
     ):
         before, after = compared(*connections)
-    low, high = interval(before, after)
-    figures.note("requests of each", before.size)
-    figures.note("before, median", float(np.median(before)), "ms")
-    figures.note("after, median", float(np.median(after)), "ms")
-    figures.note("95 % interval of the difference", [round(low, 4), round(high, 4)], "ms")
-    figures.at_most("difference", float(np.median(after) - np.median(before)), MORE, "ms")
+    figures.note("requests of each", before[..., 0].size)
+    for i, what in enumerate(("a request", "beside reading and fitting")):
+        medians = [float(np.median(times[..., i])) for times in (before, after)]
+        low, high = interval(before[..., i], after[..., i])
+        figures.note(f"{what}, before and after", [round(median, 3) for median in medians], "ms")
+        figures.note(f"{what}, 95 % interval of the difference", [round(low, 3), round(high, 3)], "ms")
+        figures.at_most(f"{what}, difference", medians[1] - medians[0], MORE, "ms")
+    figures.at_most("beside reading and fitting", medians[1], ADDED, "ms")
 
 
 def main() -> None:
