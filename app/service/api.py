@@ -26,10 +26,11 @@ from ..workers.request_id import RequestId
 from . import docs_page, metrics, openapi, operations
 from .batch_stream import Batch, Lines
 from .body import announced, is_large, received, size
-from .browsers import share_with
+from .browsers import Addressee, share_with
 from .capabilities import capabilities
 from .guard import Access, Guard
 from .media_types import MEDIA_TYPES, what_to_send
+from .methods import answer_head_and_options
 from .observe import Observer
 from .prefer import wait
 from .settings import Settings, load
@@ -48,8 +49,11 @@ class Zip(Response):
     media_type = jobs.ZIP
 
 
-def create_app(settings: Settings | None = None) -> FastAPI:
-    """The ASGI application; its workers start with it and end with it."""
+def create_app(settings: Settings | None = None, local: bool = False) -> FastAPI:
+    """The ASGI application; its workers start with it and end with it.
+
+    `local` says that only this machine reaches it, so that it answers to names of this machine only.
+    """
     settings = settings or load()
     app = FastAPI(
         title="primfit",
@@ -65,14 +69,13 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.stopping = False
     app.include_router(requests)
     app.include_router(router)
-    for route in router.routes:
-        if isinstance(route, APIRoute):
-            app.head(route.path, include_in_schema=False)(route.endpoint)
+    answer_head_and_options(app, requests, router)
     # The last one added sees a request first.
     app.add_middleware(Shortcut)
     app.state.access = Access(settings.keys(), settings.rate_limit)
     app.add_middleware(Guard, access=app.state.access)
     share_with(app, settings.cors_origins)
+    app.add_middleware(Addressee, hosts=settings.allowed_hosts, local=local, origins=settings.cors_origins)
     app.add_middleware(Observer, metrics=app.state.metrics)
     app.add_middleware(RequestId)
     for error in (*problems.KINDS, HTTPException, Exception):
@@ -209,7 +212,7 @@ async def fit_batch(request: Request) -> Response:
         metrics,
         facts,
     )
-    return Lines(batch.lines(), kept, settings.send_timeout)
+    return Lines(batch.lines(), kept)
 
 
 @router.get("/livez", operation_id="livez", summary="Is it alive?", response_model=Live, **operations.GET)

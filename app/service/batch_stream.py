@@ -1,10 +1,8 @@
 """A batch as it is answered: the jobs of its items in turns, and their lines in the order of the input."""
 
-import asyncio
-import logging
 from collections import Counter
 from collections.abc import AsyncGenerator, Awaitable, Callable
-from contextlib import AsyncExitStack, aclosing
+from contextlib import AsyncExitStack, aclosing, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,7 +11,7 @@ from typing import Any, Protocol
 import orjson
 from starlette.requests import ClientDisconnect
 from starlette.responses import StreamingResponse
-from starlette.types import Message, Receive, Scope, Send
+from starlette.types import Receive, Scope, Send
 
 from ..engine.items import Item
 from ..engine.names import Ids, base_name
@@ -31,7 +29,6 @@ from .spool import Spool
 _AHEAD = 8
 """Items, for each worker, that may be done before their turn to be sent has come."""
 _BYTES_A_POINT = 3 * 8
-_log = logging.getLogger("primfit")
 
 
 class Scratch(Protocol):
@@ -154,22 +151,12 @@ class Lines(StreamingResponse):
 
     media_type = NDJSON
 
-    def __init__(
-        self, lines: AsyncGenerator[bytes, None], resources: AsyncExitStack, send_timeout: float
-    ) -> None:
+    def __init__(self, lines: AsyncGenerator[bytes, None], resources: AsyncExitStack) -> None:
         super().__init__(lines)
         resources.push_async_callback(lines.aclose)
-        self._resources, self._send_timeout = resources, send_timeout
+        self._resources = resources
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        async def send_or_give_up(message: Message) -> None:
-            async with asyncio.timeout(self._send_timeout):
-                await send(message)
-
         async with self._resources:
-            try:
-                await super().__call__(scope, receive, send_or_give_up)
-            except TimeoutError:
-                _log.warning("a client took nothing for %g s: its batch is given up", self._send_timeout)
-            except ClientDisconnect:
-                pass
+            with suppress(ClientDisconnect):
+                await super().__call__(scope, receive, send)

@@ -61,7 +61,8 @@ class Access:
         told = {}
         if self._limit is not None and path not in UNLIMITED:
             told = self._limit.hit(name, request.client.host if request.client else "")
-        if self._keys and name is None and path not in OPEN:
+        # OPTIONS tells of a path what /openapi.json does.
+        if self._keys and name is None and path not in OPEN and request.method != "OPTIONS":
             raise UnauthorizedError(
                 "the API key is not known"
                 if key

@@ -57,6 +57,8 @@ class Observer:
 
     def _report(self, request: Request, status: int, seconds: float, n_bytes: int) -> None:
         facts = {"received_bytes": n_bytes, **request.state.facts}
+        # Where the connection has answered in place of the application.
+        status = facts.pop("status", status)
         route = getattr(request.scope.get("route"), "path", "other")
         self._metrics.requested(route, status, seconds, facts)
         if request.scope["path"] in QUIET:

@@ -9,6 +9,7 @@ import socket
 import sys
 import threading
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import uvicorn
@@ -16,6 +17,9 @@ import uvicorn
 from ..workers import logs
 from . import demo as first_look
 from .api import create_app
+from .connection import Connection
+from .door import Door
+from .listener import Listener
 from .settings import RENEWABLE, Settings, SettingsError, load
 
 _log = logging.getLogger("primfit")
@@ -42,7 +46,7 @@ def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -
             threading.Thread(target=first_look.show, args=(_url(listener),), daemon=True).start()
         # The server catches both signals, and sends them again when it has stopped.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit())
-        server = _Server(settings)
+        server = _Server(settings, is_loopback(address))
         if hasattr(signal, "SIGHUP"):
             signal.signal(signal.SIGHUP, lambda *_: server.renew(flags))
         try:
@@ -52,12 +56,16 @@ def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -
 
 
 class _Server(uvicorn.Server):
-    """The server, which says that it is about to stop before it does."""
+    """The server, which watches its connections, and says that it is about to stop before it does."""
 
-    def __init__(self, settings: Settings) -> None:
-        self._app, self._delay = create_app(settings), settings.stop_delay
+    def __init__(self, settings: Settings, local: bool) -> None:
+        self._app, self._delay = create_app(settings, local), settings.stop_delay
+        self._door = Door(settings, self._app.state.metrics)
         config = uvicorn.Config(
             self._app,
+            http=partial(Connection, self._door),  # type: ignore[arg-type]
+            ws="none",
+            headers=[("X-Content-Type-Options", "nosniff")],
             log_config=None,
             access_log=False,
             proxy_headers=bool(settings.trusted_proxies),
@@ -65,6 +73,11 @@ class _Server(uvicorn.Server):
             timeout_graceful_shutdown=settings.stop_patience,
         )
         super().__init__(config)
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen, and look after the connections from then on."""
+        await super().startup(sockets)
+        self._watch = asyncio.create_task(self._door.watch(self.server_state.connections))
 
     def renew(self, flags: Mapping[str, Any]) -> None:
         """Read the settings again, and go by those from now on that can change while the service runs."""
@@ -89,6 +102,7 @@ class _Server(uvicorn.Server):
         self._app.state.stopping = True
         await asyncio.sleep(self._delay)
         await super().shutdown(sockets)
+        self._watch.cancel()
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -101,13 +115,14 @@ def listen(host: str, port: int) -> socket.socket:
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        listener = socket.create_server((host, port), family=family, backlog=2048)
+        taken = socket.create_server((host, port), family=family, backlog=2048)
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             raise ListenError(
                 f"port {port} on {host} is in use; choose another (--port, or PORT= with make run)"
             ) from error
         raise ListenError(f"cannot listen on {host} port {port}: {error.strerror or error}") from error
+    listener = Listener(fileno=taken.detach())
     # Its connections inherit this. Without, a body waits 40 ms until its header is acknowledged.
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return listener

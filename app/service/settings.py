@@ -25,6 +25,8 @@ DAY = 86400.0
 PREFIX = "PRIMFIT_"
 CONFIG = f"{PREFIX}CONFIG"
 _VALUE_LENGTH = 60
+_MOST_CONNECTIONS = 1000
+"""Each may hold some hundred kilobytes of what has arrived: of so many the main process is not in danger."""
 
 
 class SettingsError(Exception):
@@ -71,6 +73,29 @@ def _origin(text: str) -> str:
     return text.lower()
 
 
+def _host_name(text: str) -> str:
+    """A host without a port, or a pattern of it; addresses of IPv6 stand in brackets, as in `Host`."""
+    if text != "*" and not re.fullmatch(r"(\*\.)?[\w-]+(\.[\w-]+)*|\[[0-9a-fA-F:.]+\]", text):
+        raise ValueError(
+            "a name such as primfit.example.com or *.example.com, without a port, or * is needed"
+        )
+    return text.lower()
+
+
+def _default_connections() -> int:
+    """A third of the descriptors for connections, one for bodies that are kept in files, one for all else."""
+    return max(1, min(_MOST_CONNECTIONS, _most_files() // 3))
+
+
+def _most_files() -> int:
+    try:
+        import resource
+    except ImportError:  # not a system of POSIX, and without such a limit
+        return 3 * _MOST_CONNECTIONS
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return 3 * _MOST_CONNECTIONS if soft == resource.RLIM_INFINITY else soft
+
+
 class Settings(BaseSettings):
     """Where to listen, who may ask, how much, and what is told of it."""
 
@@ -98,13 +123,16 @@ class Settings(BaseSettings):
         "for an item of a batch from when it is begun",
     )
     receive_timeout: float = Field(
-        default=30.0, gt=0, le=DAY, description="seconds to wait for the next piece of a body"
+        default=30.0,
+        gt=0,
+        le=DAY,
+        description="seconds over which the rate of a body is averaged",
     )
     send_timeout: float = Field(
         default=60.0,
         gt=0,
         le=DAY,
-        description="seconds to wait until a client takes the next piece of a stream",
+        description="seconds over which the rate is averaged at which a client takes its answer",
     )
     max_batch_items: int = Field(default=10_000, ge=1, description="most files and segments of one batch")
     queue_size: int = Field(default=64, ge=0, description="requests that may wait for a free worker")
@@ -162,6 +190,44 @@ class Settings(BaseSettings):
     )
     stop_patience: int = Field(
         default=10, ge=0, le=DAY, description="seconds that requests under way may take to finish after that"
+    )
+    max_connections: int = Field(
+        default_factory=_default_connections,
+        ge=1,
+        description="most connections at a time; beyond, the one that waits longest for a request is closed, "
+        "or, where all have one, the new one is refused",
+        json_schema_extra={"x-default": "a third of the open files that the system allows, at most 1000"},
+    )
+    first_byte_timeout: float = Field(
+        default=30.0, gt=0, le=DAY, description="seconds until the first byte of a connection has to come"
+    )
+    head_timeout: float = Field(
+        default=10.0,
+        gt=0,
+        le=DAY,
+        description="seconds from the first byte of a request to the end of its head",
+    )
+    keep_alive_timeout: float = Field(
+        default=60.0, gt=0, le=DAY, description="seconds to wait on a connection for the next request"
+    )
+    min_rate: float = Field(
+        default=1000.0,
+        ge=0,
+        description="least bytes a second at which a body has to arrive, and an answer has to be taken",
+    )
+    transfer_time_limit: float = Field(
+        default=600.0,
+        gt=0,
+        le=DAY,
+        description="seconds to wait in all for a body to arrive, or for an answer to be taken",
+    )
+    allowed_hosts: Annotated[
+        tuple[Annotated[str, AfterValidator(_host_name)], ...], NoDecode, BeforeValidator(_split)
+    ] = Field(
+        default=(),
+        description="names in the header `Host` under which the service may be asked, such as "
+        "primfit.example.com or *.example.com; `*` stands for all of them. Without any, a service on a "
+        "loopback address takes only names of that, and others take all",
     )
 
     @classmethod

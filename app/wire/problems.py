@@ -31,6 +31,8 @@ from ..readers.errors import (
 from ..readers.packed import CODINGS
 
 MEDIA_TYPE = "application/problem+json"
+NOT_A_PAGE = {"Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'"}
+"""For a browser that is led to a refusal: it holds nothing to run, nor to show inside of another page."""
 # What pydantic says in terms of Python, or with the input in it.
 _WORDS = {
     "extra_forbidden": "unknown field",
@@ -59,6 +61,30 @@ class UnsupportedCodingError(UnsupportedMediaTypeError):
 
 class BodyTimeoutError(ServiceError):
     """The client stopped sending before its body was complete."""
+
+
+class MalformedRequestError(ServiceError):
+    """What came is not HTTP, or its end is not certain."""
+
+
+class HeadTooLargeError(ServiceError):
+    """The request line and the headers are over the limit."""
+
+
+class HeadTimeoutError(ServiceError):
+    """The client did not send the head of a request in time."""
+
+
+class TooManyConnectionsError(ServiceError):
+    """All connections that the service takes have a request under way."""
+
+
+class WrongHostError(ServiceError):
+    """The request is addressed to a name that is not one of this service."""
+
+
+class ForeignOriginError(ServiceError):
+    """A page of another origin asks, which may not."""
 
 
 class BodyTooLargeError(TooLargeError):
@@ -165,6 +191,14 @@ KINDS: dict[type[Exception], Kind] = {
     RateLimitedError: Kind(429, "rate-limited", "Too many requests of this client"),
     AlreadyAnsweredError: Kind(412, "already-answered", "You have this answer already"),
     WorkerDiedError: Kind(503, "worker-died", "The worker process ended; it is being replaced", _RETRY),
+    MalformedRequestError: Kind(400, "malformed-request", "The request is not well-formed", _CLOSE),
+    HeadTooLargeError: Kind(431, "head-too-large", "The head of the request is too large", _CLOSE),
+    HeadTimeoutError: Kind(408, "head-timeout", "The head of the request did not arrive", _CLOSE),
+    TooManyConnectionsError: Kind(
+        503, "too-many-connections", "Too many connections are at work", _RETRY | _CLOSE
+    ),
+    WrongHostError: Kind(421, "wrong-host", "The request is addressed to another host"),
+    ForeignOriginError: Kind(403, "foreign-origin", "Pages of this origin may not ask"),
     TimeLimitError: Kind(504, "time-limit", "Reading and fitting took too long"),
 }
 INTERNAL = Kind(500, "internal-error", "The service failed; the request may be valid")
@@ -206,7 +240,7 @@ def respond(request: Request, error: Exception) -> Response:
     request_id = getattr(request.state, "request_id", "unknown")
     refused = problem(error, f"/requests/{request_id}")
     request.state.facts = {**getattr(request.state, "facts", {}), "problem": refused.slug}
-    headers = {**refused.headers, "X-Request-Id": request_id}
+    headers = {**refused.headers, **NOT_A_PAGE, "X-Request-Id": request_id}
     return Response(refused.content, refused.status, headers, MEDIA_TYPE)
 
 

@@ -352,7 +352,7 @@ class ServiceLimits(BaseModel):
     max_points: int
     max_json_points: int
     fit_time_limit: float = Field(description="seconds for reading and fitting")
-    receive_timeout: float = Field(description="seconds to wait for the next piece of a body")
+    receive_timeout: float = Field(description="seconds over which the rate of a body is averaged")
     queue_size: int = Field(description="requests that may wait for a worker")
     rate_limit: str | None = Field(
         description="most requests of one client in a time", examples=["120/minute"]

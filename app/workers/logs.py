@@ -2,6 +2,7 @@
 
 import logging
 import logging.config
+import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
@@ -9,6 +10,12 @@ from typing import Any
 import orjson
 
 from .request_id import REQUEST_ID
+
+DOOR = "primfit.door"
+"""The logger of what clients can cause as often as they like; like asyncio's, it does not repeat itself."""
+_QUIET_SECONDS = 60.0
+_MOST_MESSAGES = 100
+"""Messages to remember; asyncio's may name objects, so that no two are the same."""
 
 
 def configure(form: str) -> None:
@@ -19,8 +26,12 @@ def configure(form: str) -> None:
             "disable_existing_loggers": False,
             "formatters": {"text": {"()": _Text}, "json": {"()": _Json}},
             "handlers": {"stderr": {"class": "logging.StreamHandler", "formatter": form}},
+            "filters": {"once": {"()": Once}},
             "root": {"level": "WARNING", "handlers": ["stderr"]},
-            "loggers": {name: {"level": "INFO"} for name in ("primfit", "uvicorn")},
+            "loggers": {
+                **{name: {"level": "INFO"} for name in ("primfit", "uvicorn")},
+                **{name: {"filters": ["once"]} for name in (DOOR, "asyncio")},
+            },
         }
     )
 
@@ -28,6 +39,28 @@ def configure(form: str) -> None:
 def event(logger: logging.Logger, level: int, message: str, facts: Mapping[str, Any]) -> None:
     """Log a message with facts, which stand beside it under their names."""
     logger.log(level, message, extra={"facts": facts})
+
+
+class Once(logging.Filter):
+    """Lets each message through once a minute; the next one says how many were left out meanwhile."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._last: dict[str, tuple[float, int]] = {}
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether it is told. Messages are told apart before their arguments and facts are put in."""
+        now = time.monotonic()
+        told, left_out = self._last.get(record.msg, (now - _QUIET_SECONDS, 0))
+        if now - told < _QUIET_SECONDS:
+            self._last[record.msg] = told, left_out + 1
+            return False
+        if left_out:
+            record.facts = {**getattr(record, "facts", {}), "left_out": left_out}
+        if len(self._last) >= _MOST_MESSAGES:
+            self._last.clear()
+        self._last[record.msg] = now, 0
+        return True
 
 
 class _Text(logging.Formatter):

@@ -27,9 +27,9 @@ def strict_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service
 
 @pytest.fixture(scope="session")
 def guarded_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    """A service that asks for a key, has one worker, and logs in JSON."""
-    keys = f"alice:{ALICE},{NAMELESS}"
-    with running(tmp_path_factory.mktemp("bodies"), workers=1, api_keys=keys, log_format="json") as started:
+    """A service that asks for a key, has one worker, logs in JSON, and takes any name of a host."""
+    told = {"api_keys": f"alice:{ALICE},{NAMELESS}", "log_format": "json", "allowed_hosts": "*"}
+    with running(tmp_path_factory.mktemp("bodies"), workers=1, **told) as started:
         yield started
 
 

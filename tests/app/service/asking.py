@@ -17,7 +17,13 @@ def is_problem(response: httpx.Response, status: int, slug: str) -> None:
 
 def unfinished(port: int, *headers: str) -> bytes:
     """What comes back for the head of a request whose body never comes."""
-    lines = ["POST /fit HTTP/1.1", "Host: x", "Content-Type: text/csv", "Content-Length: 1000000", *headers]
+    lines = [
+        "POST /fit HTTP/1.1",
+        "Host: localhost",
+        "Content-Type: text/csv",
+        "Content-Length: 1000000",
+        *headers,
+    ]
     with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as connection:
         connection.sendall("\r\n".join([*lines, "", ""]).encode())
         return connection.recv(65536)

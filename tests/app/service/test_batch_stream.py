@@ -448,7 +448,7 @@ def test_a_client_that_takes_nothing_is_given_up(hurried: Service) -> None:
     part = b'--x\r\nContent-Disposition: form-data; name="file"\r\n\r\n1,2,3\n' + b"a,b,c\n" * 20 + b"\r\n"
     body = part * 4000 + b"--x--\r\n"
     head = (
-        "POST /fit/batch HTTP/1.1\r\nHost: x\r\nContent-Type: multipart/form-data; boundary=x\r\n"
+        "POST /fit/batch HTTP/1.1\r\nHost: localhost\r\nContent-Type: multipart/form-data; boundary=x\r\n"
         f"Content-Length: {len(body)}\r\n\r\n"
     )
     with socket.socket() as connection:
@@ -508,7 +508,10 @@ def test_the_curl_line_of_the_documentation_runs(service: Service) -> None:
 
 def test_a_batch_that_is_still_being_sent_keeps_nobody_out(hurried: Service) -> None:
     """Only one batch may be open there."""
-    head = "POST /fit/batch HTTP/1.1\r\nHost: x\r\nContent-Type: text/csv\r\nContent-Length: 100000\r\n\r\n"
+    head = (
+        "POST /fit/batch HTTP/1.1\r\nHost: localhost\r\nContent-Type: text/csv\r\n"
+        "Content-Length: 100000\r\n\r\n"
+    )
     with socket.create_connection(("127.0.0.1", hurried.port)) as slow:
         slow.sendall(head.encode())
         time.sleep(0.2)

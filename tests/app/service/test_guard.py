@@ -77,7 +77,7 @@ def test_the_door_is_shut_before_the_body_comes(guarded_service: Any) -> None:
     assert b" 401 " in unfinished(guarded_service.port)
 
 
-def test_a_large_body_without_a_key_is_answered_and_the_connection_goes_on(guarded_service: Any) -> None:
+def test_a_client_that_sends_a_large_body_without_a_key_sees_why_it_is_refused(guarded_service: Any) -> None:
     for _ in range(3):
         response = guarded_service.post(b"1,2,3\n" * 2_000_000, "text/csv")
         is_problem(response, 401, "unauthorized")

@@ -1,0 +1,347 @@
+"""A connection that nobody can hold for long, nor fill: uvicorn's, with limits on what a client may do."""
+
+import asyncio
+import sys
+import uuid
+from typing import Any
+
+import httptools
+from uvicorn.protocols.http.flow_control import HIGH_WATER_LIMIT, FlowControl
+from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol, RequestResponseCycle
+
+from ..wire.problems import (
+    MEDIA_TYPE,
+    NOT_A_PAGE,
+    BodyTimeoutError,
+    HeadTimeoutError,
+    HeadTooLargeError,
+    MalformedRequestError,
+    Problem,
+    ServiceError,
+    TooManyConnectionsError,
+    problem,
+)
+from .door import AT_THE_DOOR, Door
+from .pace import Pace
+
+MAX_HEAD_BYTES = 32 * 1024
+"""Of the request line with the headers, and of what else may stand between two pieces of a body."""
+MAX_HEADERS = 100
+MAX_PIPELINED = 32
+"""Requests that may wait for the answer to another on their connection; each is some kilobytes of objects."""
+_LINGER_SECONDS, _LINGER_BYTES = 1.0, 2**20
+"""So long, and so much, is read after an answer of a client that sends still: else it might not see it."""
+_NOT_HTTP = "what came is not a request of HTTP/1.1, or its length is not certain"
+_NOTHING, _HEAD, _BODY = range(3)
+"""What of a request has begun to arrive."""
+
+
+class Connection(HttpToolsProtocol):
+    """Serves the requests of one client, as uvicorn does, and ends in time whatever the client does.
+
+    It feeds the parser no more than a head may hold between two events of it, so that the parser never holds
+    more. `check`, called a few times a second, ends the connection of a client that is late with the first
+    byte, a head, a body or the next request, or that does not take its answer.
+    """
+
+    def __init__(self, door: Door, **uvicorns: Any) -> None:
+        super().__init__(**uvicorns)
+        settings = door.settings
+        self._door = door
+        self._arriving, self._unsettled = _NOTHING, 0
+        self._since = self.loop.time()
+        self._patience = settings.first_byte_timeout
+        self._incoming = Pace(settings.receive_timeout, settings.min_rate, settings.transfer_time_limit)
+        self._outgoing = Pace(settings.send_timeout, settings.min_rate, settings.transfer_time_limit)
+        self._n_waiting = 0
+        self._answering: RequestResponseCycle | None = None
+        self._is_awaited = self._is_kept = False
+        self._parting: Any = _Parting(self)
+        self._last_words: bytes | None = None
+        self._left: float | None = None
+        self._dropped = 0
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self.flow = self._flow = _Flow(transport)
+        if not self._door.admit(self):
+            limit = self._door.settings.max_connections
+            self._refuse(TooManyConnectionsError(f"{limit} connections have a request under way; ask again"))
+            if len(self.connections) > limit + AT_THE_DOOR:
+                transport.close()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._door.leaves(self)
+        super().connection_lost(exc)
+
+    # What arrives.
+
+    def data_received(self, data: bytes) -> None:
+        if self._left is not None or self._last_words is not None:
+            self._drop(len(data))
+            return
+        if self._arriving == _NOTHING:
+            self._arriving, self._since = _HEAD, self.loop.time()
+        if len(data) < MAX_HEAD_BYTES - self._unsettled:
+            if not self._feed(data):
+                return
+        else:
+            rest = memoryview(data)
+            while rest:
+                room = MAX_HEAD_BYTES - self._unsettled
+                if not self._feed(rest[:room]):
+                    return
+                rest = rest[room:]
+        if self._arriving == _BODY and not self._is_awaited:
+            self._await_body()
+
+    def _feed(self, data: bytes | memoryview) -> bool:
+        """Have these bytes parsed; false where no more are to be."""
+        self._unsettled += len(data)
+        try:
+            self.parser.feed_data(data)
+        except httptools.HttpParserUpgrade:
+            # It is answered as if it had not asked for another protocol, and is the last one.
+            self.cycle.keep_alive, self._last_words = False, b""
+            return False
+        except httptools.HttpParserError as error:
+            reason = error.__context__
+            self._refuse(reason if isinstance(reason, ServiceError) else MalformedRequestError(_NOT_HTTP))
+            return False
+        if self._unsettled < MAX_HEAD_BYTES:
+            return True
+        self._refuse(HeadTooLargeError(f"the head of the request is over {MAX_HEAD_BYTES} bytes"))
+        return False
+
+    def on_headers_complete(self) -> None:
+        if len(self.headers) > MAX_HEADERS:
+            raise HeadTooLargeError(f"there are {len(self.headers)} headers; the limit is {MAX_HEADERS}")
+        if len(self.pipeline) >= MAX_PIPELINED:
+            raise MalformedRequestError(f"over {MAX_PIPELINED} requests wait on this connection already")
+        super().on_headers_complete()
+        self._arriving, self._unsettled = _BODY, 0
+        self._door.works(self)
+        # Fields after a body, which uvicorn would add to the headers of a request that is under way.
+        self.headers = []
+        if self.pipeline:
+            self._flow.hold()
+
+    def on_body(self, body: bytes) -> None:
+        self._unsettled = 0
+        self._incoming.moved(len(body))
+        super().on_body(body)
+
+    def on_message_complete(self) -> None:
+        super().on_message_complete()
+        self._arriving, self._unsettled = _NOTHING, 0
+        if self._is_awaited:
+            self._is_awaited = False
+            if not self.cycle.response_started:
+                self.cycle.keep_alive, self.cycle.transport = self._is_kept, self.transport
+        self._rest()
+
+    def _await_body(self) -> None:
+        """Have an answer that comes before the end of the body end the connection, unless that is near."""
+        self._is_awaited, self._is_kept = True, self.cycle.keep_alive
+        self.cycle.keep_alive = self._is_kept and self._is_short(self.cycle)
+        self.cycle.transport = self._parting
+        self._incoming.restart()
+
+    def _is_short(self, cycle: RequestResponseCycle) -> bool:
+        """Whether a body is certain to come, and so short that the connection can wait for its end."""
+        length = dict(cycle.scope["headers"]).get(b"content-length", b"")
+        short = length.isdigit() and int(length[:20]) <= HIGH_WATER_LIMIT
+        return short and not cycle.waiting_for_100_continue
+
+    # What is answered.
+
+    def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
+        self._answering = cycle
+        self._outgoing.restart()
+        super()._start_asgi_task(cycle, app)
+
+    def on_response_complete(self) -> None:
+        self._answering = None
+        self._flow.held = len(self.pipeline) > 1
+        super().on_response_complete()
+        # The door watches it.
+        self._unset_keepalive_if_required()
+        if self._answering is not None or self._left is not None or self.transport.is_closing():
+            return
+        if self._last_words is not None:
+            self.part(self._last_words)
+        elif self._arriving != _BODY:
+            self._rest()
+
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._n_waiting = self._n_untaken()
+
+    def resume_writing(self) -> None:
+        self._taken()
+        super().resume_writing()
+
+    def _rest(self) -> None:
+        """Wait for the next request, if none is under way."""
+        if self._answering is None:
+            self._door.waits(self)
+            self._patience = self._door.settings.keep_alive_timeout
+            if self._arriving == _NOTHING:
+                self._since = self.loop.time()
+
+    # How it ends.
+
+    def shutdown(self) -> None:
+        self._is_kept = False
+        super().shutdown()
+
+    def check(self, now: float, seconds: float) -> None:
+        """End what takes too long; `seconds` have gone by since the last call."""
+        if self._is_not_taken(seconds):
+            self._door.given_up(self.client)
+            self.transport.abort()
+        elif self.transport.is_closing():
+            pass
+        elif self._left is not None:
+            if now - self._left > _LINGER_SECONDS:
+                self.transport.close()
+        elif self._last_words is not None:
+            pass
+        elif self._arriving == _BODY:
+            self._check_body(seconds)
+        elif self._arriving == _HEAD:
+            limit = self._door.settings.head_timeout
+            if now - self._since > limit:
+                self._refuse(HeadTimeoutError(f"the head of the request did not arrive within {limit:g} s"))
+        elif self._answering is None and now - self._since > self._patience:
+            self.transport.close()
+
+    def _check_body(self, seconds: float) -> None:
+        if self.flow.read_paused or self.cycle.waiting_for_100_continue:
+            return
+        complaint = self._incoming.complaint(seconds)
+        if complaint is not None:
+            self._refuse(BodyTimeoutError(f"the body did not arrive: {complaint}"))
+
+    def _is_not_taken(self, seconds: float) -> bool:
+        """Whether the client takes too long to take its answer."""
+        self._taken()
+        if self._n_waiting:
+            return self._outgoing.complaint(seconds) is not None
+        self._outgoing.caught_up()
+        return False
+
+    def _taken(self) -> None:
+        """Note what the client has taken: at least what waits less than when it was last looked at."""
+        before, self._n_waiting = self._n_waiting, self._n_untaken()
+        self._outgoing.moved(max(0, before - self._n_waiting))
+
+    def _n_untaken(self) -> int:
+        """Bytes that wait, with those in the system's buffer, which may be megabytes; 0 if it takes all."""
+        n_bytes: int = self.transport.get_write_buffer_size()
+        return n_bytes and n_bytes + _n_sent(self.transport.get_extra_info("socket").fileno())
+
+    def _refuse(self, error: ServiceError) -> None:
+        """Read no further, and tell why, after the answers to the requests that came before."""
+        spoilt = self.cycle if self._arriving == _BODY else None
+        if spoilt is not None and spoilt is self._answering:
+            self._cut_off(spoilt, error)
+            return
+        if spoilt is not None and spoilt.response_complete:
+            self.part()
+            return
+        if spoilt is not None:
+            self.pipeline.popleft()
+        request_id = str(uuid.uuid4())
+        refused = problem(error, f"/requests/{request_id}")
+        self._door.refused(self.client, refused, request_id)
+        words = self._rendered(refused, request_id)
+        if self._answering is None:
+            self.part(words)
+        else:
+            self._last_words = words
+
+    def _cut_off(self, request: RequestResponseCycle, error: ServiceError) -> None:
+        """Answer a request in place of the application, which hears that its client is gone."""
+        if request.response_started:
+            self.transport.abort()
+            return
+        state: dict[str, Any] = request.scope["state"]
+        request_id = state.get("request_id", "unknown")
+        refused = problem(error, f"/requests/{request_id}")
+        state.setdefault("facts", {}).update(problem=refused.slug, status=refused.status)
+        request.disconnected = True
+        request.message_event.set()
+        self.part(self._rendered(refused, request_id))
+
+    def _rendered(self, refused: Problem, request_id: str) -> bytes:
+        """A problem as the bytes of a response."""
+        headers = {
+            "Content-Type": MEDIA_TYPE,
+            "Content-Length": str(len(refused.content)),
+            "X-Request-Id": request_id,
+            **refused.headers,
+            **NOT_A_PAGE,
+        }
+        lines = [b"%s: %s\r\n" % line for line in self.server_state.default_headers]
+        lines += [f"{name}: {value}\r\n".encode() for name, value in headers.items()]
+        return b"".join([STATUS_LINE[refused.status], *lines, b"\r\n", refused.content])
+
+    def part(self, words: bytes = b"") -> None:
+        """Say this and nothing more; what the client still sends is read for a moment, and dropped."""
+        if words:
+            self.transport.write(words)
+        self.transport.write_eof()
+        self._left = self.loop.time()
+        self._flow.held = False
+        self._flow.resume_reading()
+
+    def _drop(self, n_bytes: int) -> None:
+        self._dropped += n_bytes
+        if self._dropped > _LINGER_BYTES:
+            self.transport.close()
+
+
+def _n_sent(descriptor: int) -> int:
+    """Bytes that the system has taken and the client has not; 0 where it does not tell (not Linux)."""
+    try:
+        from fcntl import ioctl
+        from termios import TIOCOUTQ
+
+        return int.from_bytes(ioctl(descriptor, TIOCOUTQ, bytes(4)), sys.byteorder)
+    except (ImportError, OSError):
+        return 0
+
+
+class _Parting:
+    """Takes an answer to a request that is still arriving, for uvicorn: its end is that of the connection.
+
+    Closed at once, what the client is sending would be thrown away, and by its system then the answer.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def write(self, data: bytes) -> None:
+        self._connection.transport.write(data)
+
+    def is_closing(self) -> bool:
+        return self._connection.transport.is_closing()
+
+    def close(self) -> None:
+        self._connection.part()
+
+
+class _Flow(FlowControl):
+    """uvicorn's, which reads on whenever the application asks for more, but not while this is held."""
+
+    held = False
+
+    def hold(self) -> None:
+        """Read nothing until the requests that have arrived are answered, whoever asks for more."""
+        self.held = True
+        self.pause_reading()
+
+    def resume_reading(self) -> None:
+        if not self.held:
+            super().resume_reading()
