@@ -14,6 +14,7 @@ import subprocess
 import sys
 import threading
 import time
+import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -204,6 +205,21 @@ def test_fit_is_answered(service: subprocess.Popen[bytes]) -> None:
     assert body["status"] == "fitted"
     assert body["primitive"]["kind"] == "cylinder"  # type: ignore[index]
     assert body["receipt"]["versions"]["weights"] is not None  # type: ignore[index]
+
+
+@pytest.mark.parametrize("host", ["primfit", "primfit:8000", "localhost:80", "10.42.0.7:8000"])
+def test_it_is_asked_by_any_name(service: subprocess.Popen[bytes], host: str) -> None:
+    """That of a container or of a published port, an address; but not by a page of elsewhere."""
+    url = f"http://127.0.0.1:{PORT}/version"
+    for path in ("/version", "/readyz"):
+        request = urllib.request.Request(f"http://127.0.0.1:{PORT}{path}", headers={"Host": host})
+        with urllib.request.urlopen(request, timeout=PATIENCE) as reply:
+            assert reply.status == 200
+    own = urllib.request.Request(url, headers={"Host": host, "Origin": f"http://{host}"})
+    urllib.request.urlopen(own, timeout=PATIENCE).close()
+    foreign = urllib.request.Request(url, headers={"Host": host, "Origin": "http://elsewhere"})
+    with pytest.raises(urllib.error.HTTPError, match="403"):
+        urllib.request.urlopen(foreign, timeout=PATIENCE)
 
 
 def test_a_signal_lets_a_request_finish_and_the_status_is_0(service: subprocess.Popen[bytes]) -> None:

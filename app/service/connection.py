@@ -3,11 +3,9 @@
 import asyncio
 import sys
 import uuid
-from functools import partial
 from typing import Any
 
 import httptools
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.flow_control import HIGH_WATER_LIMIT, FlowControl
 from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol, RequestResponseCycle
 
@@ -57,7 +55,8 @@ class Connection(HttpToolsProtocol):
         self._outgoing = Pace(settings.send_timeout, settings.min_rate, settings.transfer_time_limit)
         self._n_waiting = 0
         self._answering: RequestResponseCycle | None = None
-        self._early = False
+        self._is_awaited = self._is_kept = False
+        self._parting: Any = _Parting(self)
         self._last_words: bytes | None = None
         self._left: float | None = None
         self._dropped = 0
@@ -82,43 +81,45 @@ class Connection(HttpToolsProtocol):
             self._drop(len(data))
             return
         if self._arriving == _NOTHING:
-            self._head_begins()
-        view = memoryview(data)
-        while view:
-            piece = view[: MAX_HEAD_BYTES - self._unsettled]
-            view = view[len(piece) :]
-            self._unsettled += len(piece)
-            try:
-                self.parser.feed_data(piece)
-            except httptools.HttpParserUpgrade:
-                # It is answered as if it had not asked for another protocol, and is the last one.
-                self.cycle.keep_alive, self._last_words = False, b""
+            self._arriving, self._since = _HEAD, self.loop.time()
+        if len(data) < MAX_HEAD_BYTES - self._unsettled:
+            if not self._feed(data):
                 return
-            except httptools.HttpParserError as error:
-                reason = error.__context__
-                self._refuse(reason if isinstance(reason, ServiceError) else MalformedRequestError(_NOT_HTTP))
-                return
-            if self._unsettled >= MAX_HEAD_BYTES:
-                self._refuse(HeadTooLargeError(f"the head of the request is over {MAX_HEAD_BYTES} bytes"))
-                return
+        else:
+            rest = memoryview(data)
+            while rest:
+                room = MAX_HEAD_BYTES - self._unsettled
+                if not self._feed(rest[:room]):
+                    return
+                rest = rest[room:]
+        if self._arriving == _BODY and not self._is_awaited:
+            self._await_body()
 
-    def on_message_begin(self) -> None:
-        super().on_message_begin()
-        if self._arriving == _NOTHING:
-            self._head_begins()
+    def _feed(self, data: bytes | memoryview) -> bool:
+        """Have these bytes parsed; false where no more are to be."""
+        self._unsettled += len(data)
+        try:
+            self.parser.feed_data(data)
+        except httptools.HttpParserUpgrade:
+            # It is answered as if it had not asked for another protocol, and is the last one.
+            self.cycle.keep_alive, self._last_words = False, b""
+            return False
+        except httptools.HttpParserError as error:
+            reason = error.__context__
+            self._refuse(reason if isinstance(reason, ServiceError) else MalformedRequestError(_NOT_HTTP))
+            return False
+        if self._unsettled < MAX_HEAD_BYTES:
+            return True
+        self._refuse(HeadTooLargeError(f"the head of the request is over {MAX_HEAD_BYTES} bytes"))
+        return False
 
     def on_headers_complete(self) -> None:
         if len(self.headers) > MAX_HEADERS:
-            raise HeadTooLargeError(
-                f"the request has {len(self.headers)} headers; the limit is {MAX_HEADERS}"
-            )
+            raise HeadTooLargeError(f"there are {len(self.headers)} headers; the limit is {MAX_HEADERS}")
         if len(self.pipeline) >= MAX_PIPELINED:
-            raise MalformedRequestError(
-                f"over {MAX_PIPELINED} requests wait for an answer on this connection"
-            )
+            raise MalformedRequestError(f"over {MAX_PIPELINED} requests wait on this connection already")
         super().on_headers_complete()
         self._arriving, self._unsettled = _BODY, 0
-        self._incoming.restart()
         self._door.works(self)
         # Fields after a body, which uvicorn would add to the headers of a request that is under way.
         self.headers = []
@@ -133,42 +134,31 @@ class Connection(HttpToolsProtocol):
     def on_message_complete(self) -> None:
         super().on_message_complete()
         self._arriving, self._unsettled = _NOTHING, 0
+        if self._is_awaited:
+            self._is_awaited = False
+            if not self.cycle.response_started:
+                self.cycle.keep_alive, self.cycle.transport = self._is_kept, self.transport
         self._rest()
 
-    def _head_begins(self) -> None:
-        self._arriving, self._since = _HEAD, self.loop.time()
+    def _await_body(self) -> None:
+        """Have an answer that comes before the end of the body end the connection, unless that is near."""
+        self._is_awaited, self._is_kept = True, self.cycle.keep_alive
+        self.cycle.keep_alive = self._is_kept and self._is_short(self.cycle)
+        self.cycle.transport = self._parting
+        self._incoming.restart()
+
+    def _is_short(self, cycle: RequestResponseCycle) -> bool:
+        """Whether a body is certain to come, and so short that the connection can wait for its end."""
+        length = dict(cycle.scope["headers"]).get(b"content-length", b"")
+        short = length.isdigit() and int(length[:20]) <= HIGH_WATER_LIMIT
+        return short and not cycle.waiting_for_100_continue
 
     # What is answered.
 
     def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
         self._answering = cycle
         self._outgoing.restart()
-        super()._start_asgi_task(cycle, partial(self._answer, cycle, app))
-
-    async def _answer(
-        self, cycle: RequestResponseCycle, app: ASGIApp, scope: Scope, receive: Receive, send: Send
-    ) -> None:
-        async def send_or_part(message: Message) -> None:
-            if message["type"] != "http.response.start" or not self._is_unread(cycle):
-                await send(message)
-                return
-            cycle.keep_alive = cycle.keep_alive and self._is_short(cycle)
-            await send(message)
-            # uvicorn would close the connection with the last byte of the answer, which then may not be seen.
-            self._early, cycle.keep_alive = not cycle.keep_alive, True
-
-        await app(scope, receive, send_or_part)
-
-    def _is_unread(self, cycle: RequestResponseCycle) -> bool:
-        """Whether the body of a request is still to come."""
-        return self._arriving == _BODY and cycle is self.cycle
-
-    def _is_short(self, cycle: RequestResponseCycle) -> bool:
-        """Whether a body is certain to come, and so short that the connection can wait for its end."""
-        length = dict(cycle.scope["headers"]).get(b"content-length", b"")
-        return (
-            not cycle.waiting_for_100_continue and length.isdigit() and int(length[:20]) <= HIGH_WATER_LIMIT
-        )
+        super()._start_asgi_task(cycle, app)
 
     def on_response_complete(self) -> None:
         self._answering = None
@@ -176,12 +166,10 @@ class Connection(HttpToolsProtocol):
         super().on_response_complete()
         # The door watches it.
         self._unset_keepalive_if_required()
-        if self._answering is not None or self.transport.is_closing():
+        if self._answering is not None or self._left is not None or self.transport.is_closing():
             return
         if self._last_words is not None:
-            self._part(self._last_words)
-        elif self._early:
-            self._part()
+            self.part(self._last_words)
         elif self._arriving != _BODY:
             self._rest()
 
@@ -202,6 +190,10 @@ class Connection(HttpToolsProtocol):
                 self._since = self.loop.time()
 
     # How it ends.
+
+    def shutdown(self) -> None:
+        self._is_kept = False
+        super().shutdown()
 
     def check(self, now: float, seconds: float) -> None:
         """End what takes too long; `seconds` have gone by since the last call."""
@@ -256,7 +248,7 @@ class Connection(HttpToolsProtocol):
             self._cut_off(spoilt, error)
             return
         if spoilt is not None and spoilt.response_complete:
-            self._part()
+            self.part()
             return
         if spoilt is not None:
             self.pipeline.popleft()
@@ -265,7 +257,7 @@ class Connection(HttpToolsProtocol):
         self._door.refused(self.client, refused, request_id)
         words = self._rendered(refused, request_id)
         if self._answering is None:
-            self._part(words)
+            self.part(words)
         else:
             self._last_words = words
 
@@ -280,7 +272,7 @@ class Connection(HttpToolsProtocol):
         state.setdefault("facts", {}).update(problem=refused.slug, status=refused.status)
         request.disconnected = True
         request.message_event.set()
-        self._part(self._rendered(refused, request_id))
+        self.part(self._rendered(refused, request_id))
 
     def _rendered(self, refused: Problem, request_id: str) -> bytes:
         """A problem as the bytes of a response."""
@@ -295,7 +287,7 @@ class Connection(HttpToolsProtocol):
         lines += [f"{name}: {value}\r\n".encode() for name, value in headers.items()]
         return b"".join([STATUS_LINE[refused.status], *lines, b"\r\n", refused.content])
 
-    def _part(self, words: bytes = b"") -> None:
+    def part(self, words: bytes = b"") -> None:
         """Say this and nothing more; what the client still sends is read for a moment, and dropped."""
         if words:
             self.transport.write(words)
@@ -319,6 +311,25 @@ def _n_sent(descriptor: int) -> int:
         return int.from_bytes(ioctl(descriptor, TIOCOUTQ, bytes(4)), sys.byteorder)
     except (ImportError, OSError):
         return 0
+
+
+class _Parting:
+    """Takes an answer to a request that is still arriving, for uvicorn: its end is that of the connection.
+
+    Closed at once, what the client is sending would be thrown away, and by its system then the answer.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def write(self, data: bytes) -> None:
+        self._connection.transport.write(data)
+
+    def is_closing(self) -> bool:
+        return self._connection.transport.is_closing()
+
+    def close(self) -> None:
+        self._connection.part()
 
 
 class _Flow(FlowControl):

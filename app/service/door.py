@@ -79,8 +79,15 @@ class Door:
             # A service that was held up itself must not take it out on its clients.
             seconds = min(now - before, 2 * TICK)
             for guest in list(connections):
-                guest.check(now, seconds)
+                self._look_at(guest, now, seconds)
             before = now
+
+    def _look_at(self, guest: Guest, now: float, seconds: float) -> None:
+        try:
+            guest.check(now, seconds)
+        except Exception:  # the others must be watched still
+            _log.exception("a connection cannot be watched: it is closed")
+            guest.transport.abort()
 
     def _make_room(self) -> bool:
         oldest = next(iter(self._idle), None)

@@ -22,8 +22,8 @@ class Pace:
 
     def restart(self) -> None:
         """A new body or answer begins."""
-        self._total = 0.0
-        self.caught_up()
+        self._total = self._seconds = 0.0
+        self._moved = 0
 
     def caught_up(self) -> None:
         """Nothing is awaited for the moment: a new stretch begins."""

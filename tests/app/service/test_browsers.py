@@ -7,9 +7,12 @@ import httpx
 import pytest
 
 from primfit.app.service.api import create_app
+from primfit.app.service.browsers import Addressee
 from primfit.app.service.settings import Settings
 from primfit.app.wire.disposition import attachment
 from tests.app.service.asking import is_problem
+from tests.app.service.connections import answer as answer_of
+from tests.app.service.connections import statuses
 from tests.app.serving import ALICE, Service, running
 from tests.paths import EXAMPLES
 
@@ -132,3 +135,154 @@ def test_other_pages_may_not_ask(shared_service: Service, service: Service) -> N
         for answer in (_preflight(asked, origin), asked.client.get("/livez", headers={"Origin": origin})):
             is_problem(answer, 403, "foreign-origin")
             assert "access-control-allow-origin" not in answer.headers
+
+
+# Under which names it is asked.
+
+
+async def _nobody(*_: object) -> None:
+    raise AssertionError
+
+
+@pytest.fixture(scope="module")
+def named_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """A service that may be asked under two names, whose probes nobody told of them."""
+    folder = tmp_path_factory.mktemp("bodies")
+    with running(folder, workers=1, allowed_hosts="primfit.example.com, *.internal") as started:
+        yield started
+
+
+def _by(service: Service, host: str, path: str = "/version", **headers: str) -> httpx.Response:
+    return service.client.get(path, headers={"Host": host, **headers})
+
+
+@pytest.mark.parametrize(
+    ("host", "allowed"),
+    [
+        ("localhost", True),
+        ("LOCALHOST:8000", True),
+        ("localhost.:80", True),
+        ("primfit.localhost", True),
+        ("127.0.0.1", True),
+        ("127.1.2.3:9999", True),
+        ("[::1]:8000", True),
+        ("", False),
+        ("evil.example.com", False),
+        ("localhost.evil.example.com", False),
+        ("evillocalhost", False),
+        ("127.0.0.1.evil.example.com", False),
+        ("127.0.0.1@evil.example.com", False),
+        ("192.168.0.1", False),
+        ("0.0.0.0", False),
+        ("[::2]", False),
+        ("[::1", False),
+        ("::1", False),
+        ("localhost:80:80", False),
+        ("localhost/", False),
+    ],
+)
+def test_on_a_loopback_address_it_is_asked_by_a_name_of_it(
+    service: Service, host: str, allowed: bool
+) -> None:
+    answer = _by(service, host)
+    if allowed:
+        assert answer.status_code == 200
+    else:
+        is_problem(answer, 421, "wrong-host")
+
+
+@pytest.mark.parametrize(
+    ("host", "allowed"),
+    [
+        ("primfit.example.com", True),
+        ("PRIMFIT.example.com.:443", True),
+        ("a.internal", True),
+        ("a.b.internal:80", True),
+        ("internal", False),
+        ("xinternal", False),
+        ("a.primfit.example.com", False),
+        ("localhost", False),
+    ],
+)
+def test_names_that_are_allowed_take_the_place_of_those(
+    named_service: Service, host: str, allowed: bool
+) -> None:
+    assert _by(named_service, host).status_code == (200 if allowed else 421)
+    assert _by(named_service, host, "/readyz").status_code == 200
+
+
+@pytest.mark.parametrize("host", ["10.42.0.7:8000", "primfit", "evil.example.com", "[fd00::1]:80", "a_b"])
+def test_on_other_addresses_every_name_is_taken(host: str) -> None:
+    """As in a container, which is asked by its name, its address, or that of a published port."""
+    scope = {"type": "http", "http_version": "1.1", "path": "/fit", "headers": [(b"host", host.encode())]}
+    for hosts, local, refused in (((), False, False), (("*",), True, False), ((), True, True)):
+        assert (Addressee(_nobody, hosts, local, ())._refusal(scope) is not None) == refused
+
+
+@pytest.mark.parametrize(
+    "hosts", ["", "Host: localhost\r\nHost: localhost\r\n", "Host: localhost\r\nHost: x\r\n"]
+)
+def test_one_host_is_needed(service: Service, hosts: str) -> None:
+    answered = answer_of(service.port, f"GET /version HTTP/1.1\r\n{hosts}Connection: close\r\n\r\n".encode())
+    assert statuses(answered) == [400] and b"malformed-request" in answered
+
+
+# By which pages.
+
+
+def test_pages_of_the_service_itself_may_ask(service: Service) -> None:
+    host = f"localhost:{service.port}"
+    for origin in (f"http://{host}", f"https://{host}".upper()):
+        assert _by(service, host, Origin=origin).status_code == 200
+    # A proxy has changed Host, and a browser says that it is the same page.
+    same = {"Origin": "https://primfit.example.com", "Sec-Fetch-Site": "same-origin"}
+    assert _by(service, host, **same).status_code == 200
+
+
+@pytest.mark.parametrize("site", [{}, {"Sec-Fetch-Site": "cross-site"}, {"Sec-Fetch-Site": "same-site"}])
+@pytest.mark.parametrize(
+    "origin", ["null", "", "http://evil.example.com", "http://localhost", "http://localhost:1", "localhost"]
+)
+def test_pages_of_elsewhere_may_not(service: Service, origin: str, site: dict[str, str]) -> None:
+    headers = {"Host": f"localhost:{service.port}", "Origin": origin, "Content-Type": "text/csv", **site}
+    is_problem(service.client.post("/fit", content=CSV, headers=headers), 403, "foreign-origin")
+
+
+def test_every_page_may_where_all_origins_are_allowed() -> None:
+    headers = [(b"host", b"primfit"), (b"origin", b"https://anywhere.example.com")]
+    scope = {"type": "http", "http_version": "1.1", "path": "/fit", "headers": headers}
+    assert Addressee(_nobody, (), False, ("*",))._refusal(scope) is None
+
+
+# What it tells them.
+
+
+@pytest.mark.parametrize(
+    ("path", "methods"),
+    [
+        ("/fit", "OPTIONS, POST"),
+        ("/fit/batch", "OPTIONS, POST"),
+        ("/livez", "GET, HEAD, OPTIONS"),
+        ("/openapi.json", "GET, HEAD, OPTIONS"),
+        ("/docs", "GET, HEAD, OPTIONS"),
+        ("/", "GET, HEAD, OPTIONS"),
+    ],
+)
+@pytest.mark.parametrize("name", ["service", "guarded_service", "shared_service"])
+def test_options_tell_the_methods(request: pytest.FixtureRequest, name: str, path: str, methods: str) -> None:
+    answer = request.getfixturevalue(name).client.options(path)
+    assert (answer.status_code, answer.content, answer.headers["allow"]) == (204, b"", methods)
+
+
+def test_options_are_for_paths_that_there_are(service: Service) -> None:
+    is_problem(service.client.options("/nothing"), 404, "not-found")
+    paths = service.client.get("/openapi.json").json()["paths"]
+    assert not any("options" in operations for operations in paths.values())
+
+
+@pytest.mark.parametrize("path", ["/livez", "/docs", "/nothing", "/fit", "/metrics"])
+def test_nothing_is_taken_for_what_it_is_not(service: Service, path: str) -> None:
+    answer = service.client.get(path)
+    assert answer.headers["x-content-type-options"] == "nosniff"
+    if path == "/docs" or answer.status_code >= 400:
+        assert "default-src 'none'" in answer.headers["content-security-policy"]

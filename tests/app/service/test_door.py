@@ -39,6 +39,13 @@ def hasty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
         yield started
 
 
+@pytest.fixture(scope="module")
+def patient(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """A service that has few places, and the times that it has by default."""
+    with running(tmp_path_factory.mktemp("bodies"), workers=1, max_connections=PLACES) as started:
+        yield started
+
+
 def _problem(answered: bytes, status: int, slug: str) -> dict[str, Any]:
     """The document of a refusal, which is the last answer on its connection."""
     head, _, body = answered.rpartition(b"\r\n\r\n")
@@ -249,10 +256,9 @@ def test_a_body_that_moves_on_has_all_the_time_that_there_is(hasty: Service) -> 
         assert statuses(rest(connection)) == [200]
 
 
-def test_a_client_that_waits_for_100_is_not_too_slow(tmp_path: Path) -> None:
-    """Before the service asks for the body, the client may not send it."""
+def test_a_client_that_waits_for_100_gets_it(service: Service) -> None:
     head = POST + b"Content-Length: %d\r\nConnection: close\r\nExpect: 100-continue\r\n\r\n" % len(CSV)
-    with running(tmp_path / "bodies", workers=1) as service, connected(service.port, head) as connection:
+    with connected(service.port, head) as connection:
         assert connection.recv(100) == b"HTTP/1.1 100 Continue\r\n\r\n"
         connection.sendall(CSV)
         assert statuses(rest(connection)) == [200]
@@ -318,17 +324,17 @@ def test_a_client_that_takes_its_answer_slowly_gets_it(hasty: Service) -> None:
 # Many connections.
 
 
-def test_beyond_the_limit_connections_without_a_request_give_way(tmp_path: Path) -> None:
-    with running(tmp_path / "bodies", workers=1, max_connections=PLACES) as service, ExitStack() as stack:
-        idle = [stack.enter_context(connected(service.port, request)) for request in [b"", GET[:9]] * PLACES]
-        with httpx.Client(base_url=f"http://127.0.0.1:{service.port}") as client:
+def test_beyond_the_limit_connections_without_a_request_give_way(patient: Service) -> None:
+    with ExitStack() as stack:
+        idle = [stack.enter_context(connected(patient.port, request)) for request in [b"", GET[:9]] * PLACES]
+        with httpx.Client(base_url=f"http://127.0.0.1:{patient.port}") as client:
             for _ in range(3):
                 assert client.get("/livez").status_code == 200
             assert rest(idle[0]) == b""
             # The newest is still there.
             idle[-1].sendall(GET[9:])
             assert statuses(idle[-1].recv(1 << 16)) == [200]
-        assert service.log.read_text().count("places are taken") == 1
+        assert patient.log.read_text().count("places are taken") == 1
 
 
 def test_beyond_the_limit_connections_are_refused_and_later_served_again(hasty: Service) -> None:
@@ -347,20 +353,20 @@ def test_beyond_the_limit_connections_are_refused_and_later_served_again(hasty: 
 
 @pytest.mark.skipif(not hasattr(resource, "prlimit"), reason="limits another process, as Linux can")
 @needs_proc
-def test_a_service_without_descriptors_waits_for_them(tmp_path: Path) -> None:
-    with running(tmp_path / "bodies", workers=1) as service, ExitStack() as stack:
-        n_open = len(list(Path(f"/proc/{service.pid}/fd").iterdir()))
-        limits = resource.prlimit(service.pid, resource.RLIMIT_NOFILE)
-        resource.prlimit(service.pid, resource.RLIMIT_NOFILE, (n_open + 3, limits[1]))
+def test_a_service_without_descriptors_waits_for_them(patient: Service) -> None:
+    with ExitStack() as stack:
+        n_open = len(list(Path(f"/proc/{patient.pid}/fd").iterdir()))
+        limits = resource.prlimit(patient.pid, resource.RLIMIT_NOFILE)
+        resource.prlimit(patient.pid, resource.RLIMIT_NOFILE, (n_open + 3, limits[1]))
         for _ in range(40):
-            stack.enter_context(connected(service.port))
-        wait_for(lambda: "out of system resource" in service.log.read_text(), SOON)
-        before = ticks(service.pid)
+            stack.enter_context(connected(patient.port))
+        wait_for(lambda: "out of system resource" in patient.log.read_text(), SOON)
+        before = ticks(patient.pid)
         time.sleep(2.0)
-        assert ticks(service.pid) - before < 50
-        assert service.log.read_text().count("out of system resource") == 1
-        resource.prlimit(service.pid, resource.RLIMIT_NOFILE, limits)
-        with httpx.Client(base_url=f"http://127.0.0.1:{service.port}", timeout=SOON) as client:
+        assert ticks(patient.pid) - before < 50
+        assert patient.log.read_text().count("out of system resource") == 1
+        resource.prlimit(patient.pid, resource.RLIMIT_NOFILE, limits)
+        with httpx.Client(base_url=f"http://127.0.0.1:{patient.port}", timeout=SOON) as client:
             assert client.get("/livez").status_code == 200
 
 

@@ -58,6 +58,7 @@ BAD_FILES = {
         'temporary_directory = "/nowhere"',
         "temporary_directory: path does not point to a directory",
     ),
+    "no host": ('allowed_hosts = ["a.example.com:80"]', "allowed_hosts: a name such as primfit.example.com"),
     "not TOML": ("workers 3", "Expected '='"),
     "not a number": ("fit_time_limit = nan", "fit_time_limit: input should be"),
 }
