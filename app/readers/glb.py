@@ -46,11 +46,11 @@ def read_glb(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -
         for place, attributes, matrix in asset.parts():
             n_vertices += asset.count(place, attributes)
             limits.check_points(n_vertices)
+            given, normal = asset.vectors(place, attributes["POSITION"]), attributes.get("NORMAL")
             n_bytes += asset.n_bytes(place, attributes)
             if n_vertices * (1.0 - len(buffer) / n_bytes) > _MOST_COPIES:
                 message = f"the scene holds more than {_MOST_COPIES} copies of vertices, the limit"
                 raise TooLargeError(place, message, f"{n_vertices} vertices")
-            given, normal = asset.vectors(place, attributes["POSITION"]), attributes.get("NORMAL")
             moved = not np.array_equal(matrix, np.eye(4))
             vertices.append(given @ matrix[:3, :3].T + matrix[:3, 3] if moved else given)
             turned = None if normal is None else asset.vectors(place, normal) @ _cofactors(matrix[:3, :3]).T
@@ -165,10 +165,10 @@ class _Asset:
         return count
 
     def n_bytes(self, place: str, attributes: dict[str, Any]) -> int:
-        """What the positions of a primitive take in the file if nothing else uses these bytes; at least 1."""
+        """What the positions of a primitive take in the file if nothing else uses these bytes."""
         index = attributes["POSITION"]
         accessor, dtype = self._accessor(place, index, f"accessors[{index}]")
-        return max(3 * dtype.itemsize * accessor["count"], 1)
+        return 3 * dtype.itemsize * int(accessor["count"])
 
     def vectors(self, place: str, index: int) -> Array:
         """The vectors (N, 3) of an accessor that lies inside the buffer of the file."""

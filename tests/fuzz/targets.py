@@ -25,13 +25,13 @@ LIMITS = Settings().limits
 _PICKS = (Pick(), Pick(labels=AUTO_LABELS), Pick(columns=(2, 3, 1)))
 
 
-def _picked(data: bytes) -> Pick:
-    """Which columns are asked for: always the same of the same input."""
-    return _PICKS[crc32(data) % len(_PICKS)]
+def _table(read: Callable[..., Cloud]) -> Callable[[bytes], Cloud]:
+    """A reader that is asked for other columns of other inputs, and of the same one always for the same."""
+    return lambda data: read(memoryview(data), LIMITS, _PICKS[crc32(data) % len(_PICKS)])
 
 
 def _reader(read: Callable[..., Cloud]) -> Callable[[bytes], Cloud]:
-    return lambda data: read(memoryview(data), LIMITS, _picked(data))
+    return lambda data: read(memoryview(data), LIMITS)
 
 
 def _json(data: bytes) -> Cloud:
@@ -60,13 +60,13 @@ def _options(data: bytes) -> None:
 
 
 TARGETS: dict[str, Callable[[bytes], Cloud | None]] = {
-    "text": _reader(read_text),
-    "ply": _reader(read_ply),
-    "pcd": _reader(read_pcd),
-    "las": _reader(read_las),
+    "text": _table(read_text),
+    "ply": _table(read_ply),
+    "pcd": _table(read_pcd),
+    "las": _table(read_las),
     "e57": _reader(read_e57),
-    "npy": _reader(read_npy),
-    "npz": _reader(read_npz),
+    "npy": _table(read_npy),
+    "npz": _table(read_npz),
     "glb": _reader(read_glb),
     "obj": _reader(read_obj),
     "stl": _reader(read_stl),
@@ -75,6 +75,6 @@ TARGETS: dict[str, Callable[[bytes], Cloud | None]] = {
     "packed": _packed,
     "multipart": _multipart,
     "options": _options,
-    "any": _reader(read),
+    "any": _table(read),
 }
 """By the name of what they read; `any` finds the format out, as the service does."""

@@ -74,6 +74,13 @@ def npy_cases() -> Cases:
     yield "npy of elements without bytes", npy_header((60,), [("x", "|V0")])
     yield "npy of empty records", npy_header((60,), [])
     yield "a pickle", b"\x80\x04\x95" + bytes(64)
+    yield "npy of 400,000 columns", npy_header((17, 400_000), "|i1") + bytes(17 * 400_000)
+    name = "(" * 60_000 + "\n x"
+    named = repr({"descr": [(name, "<f8")], "fortran_order": False, "shape": (1,)}).encode()
+    yield (
+        "npy with a name of brackets",
+        b"\x93NUMPY\x02\x00" + struct.pack("<L", len(named)) + named + bytes(8),
+    )
     places = {"in the magic": 4, "in the length": 9, "in the header": 40, "at the data": start}
     yield from cut("npy", data, {**places, "in the data": start + 100, "before the last byte": len(data) - 1})
     for name, value in NOT_FINITE.items():
@@ -141,6 +148,14 @@ def npz_cases() -> Cases:
     yield "npz packed by bzip2", zipped({"points.npy": npy(POINTS)}, zipfile.ZIP_BZIP2)
     yield "npz packed by lzma", zipped({"points.npy": npy(POINTS)}, zipfile.ZIP_LZMA)
     yield "npz in an npz", zipped({"points.npy": data})
+    long = b"\x93NUMPY\x02\x00" + struct.pack("<L", 64_000) + (b"{'shape': (" + b"1," * 31_000).ljust(64_000)
+    yield "npz of 100 long headers", zipped({f"{i}.npy": long for i in range(100)})
+    yield "npz of 16 long headers", zipped({f"{i}.npy": long for i in range(16)})
+    yield (
+        "npz of 400,000 columns",
+        zipped({"xyz.npy": npy_header((17, 400_000), "|i1") + bytes(17 * 400_000)}),
+    )
+    yield "npz of a million zeros", npz(points=np.zeros((10**6, 3)))
     yield "npz of a csv", zipped({"points.csv": b"1,2,3\n"})
     yield "npz claiming 4 GB", with_sizes(plain, None, 2**32 - 2)
     yield "npz stored, claiming more", with_sizes(plain, None, 2**20)
@@ -200,6 +215,15 @@ def ply_cases() -> Cases:
             f"ply ascii with a list of {name}",
             listed.replace(b"end_header\n", b"end_header\n" + length + b" "),
         )
+    header = b"ply\nformat binary_little_endian 1.0\nelement face %d\n%bend_header\n"
+    uneven = header % (2 * 10**6, b"property list uchar uchar l\nelement vertex 1\nproperty float x\n")
+    xyz = b"property float y\nproperty float z\nend_header\n"
+    uneven = uneven.replace(b"end_header\n", xyz) + bytes([0, 1, 7]) * 10**6 + bytes(12)
+    yield "ply with two million lists of two lengths", uneven
+    yield (
+        "ply with ten lists a row",
+        uneven.replace(b"property list", b"property list uchar uchar l\n" * 9 + b"property list"),
+    )
     yield "ply with an endless header", data[:10] + b"comment a\n" * 10**5
     yield "ply with an endless line", data[:10] + b"comment " + b"a" * 10**6
     yield "ply with 10^5 properties", data.replace(b"property", b"property float a\nproperty" * 10**4)
@@ -261,6 +285,8 @@ def pcd_cases() -> Cases:
     yield "lzf of fewer points than claimed", pcd_packed(packed, len(packed), size + 24, 61)
     yield "lzf that reaches before its start", pcd_packed(b"\xff" * 60, 60, size)
     yield "lzf that ends in a literal", pcd_packed(b"\x1f", 1, 24, 1)
+    zeros_12 = lzf.compress(bytes(12 * 10**6))
+    yield "lzf of a million zeros", pcd_packed(zeros_12, len(zeros_12), 24 * 10**6, 10**6)
     yield "lzf of no bytes", pcd_packed(b"", 0, size)
     yield (
         "lzf bomb",
@@ -306,6 +332,8 @@ def las_cases() -> Cases:
         yield f"{kind} with extended records behind its end", patch(data, 235, "<QL", 2**63, 2**32 - 1)
         records = patch(data[:375] + bytes(2**25) + data[375:], 96, "<L", start + 2**25)
         yield f"{kind} with 32 MiB of records", records
+        empty = patch(data[:375] + bytes(54 * 50_000) + data[375:], 96, "<L", start + 54 * 50_000)
+        yield f"{kind} with 50,000 records", patch(empty, 100, "<L", 50_000)
         places = {
             "in the signature": 6,
             "in the header": 100,
@@ -320,6 +348,7 @@ def las_cases() -> Cases:
 
 
 def laz_cases(old: bytes, new: bytes) -> Cases:
+    yield "laz of 300,000 points in one place", laz(np.tile(POINTS[:1], (300_000, 1)))
     for name, data in (("laz 1.2", old), ("laz", new)):
         start = struct.unpack_from("<L", data, 96)[0]
         table = struct.unpack_from("<q", data, start)[0]
@@ -389,6 +418,13 @@ def e57_with(data: bytes, old: bytes, new: bytes) -> bytes:
     )
 
 
+def e57_repeated(data: bytes, times: int) -> bytes:
+    """The same scan again and again, all of them at the same place in the file."""
+    plain = b"".join(data[i : i + 1020] for i in range(0, len(data), 1024))
+    scan = plain[plain.index(b"<vectorChild") : plain.index(b"</vectorChild>") + 14]
+    return e57_with(data, scan, scan * times)
+
+
 def e57_cases() -> Cases:
     data = e57(POINTS)
     for name, count in {**COUNTS, "-1": -1, "4*10^6": 4 * 10**6}.items():
@@ -416,6 +452,10 @@ def e57_cases() -> Cases:
     )
     deep = b'<a type="Structure">' * 10**4 + b"</a>" * 10**4
     yield "e57 nested 10,000 deep", e57_with(data, b"<data3D", deep + b"<data3D")
+    wide = b"".join(b'<a%d type="Integer"/>' % i for i in range(30_000))
+    yield "e57 with 30,000 elements", e57_with(data, b"<data3D", wide + b"<data3D")
+    yield "e57 with 30,000 fields", e57_with(data, b"<cartesianX", wide + b"<cartesianX")
+    yield "e57 with 900 scans of the same bytes", e57_repeated(e57(spoilt(np.nan)), 900)
     yield "e57 with broken XML", e57_with(data, b"</e57Root>", b"")
     yield "e57 in UTF-7", e57_with(data, b'encoding="UTF-8"', b'encoding="UTF-7"')
     yield "e57 without scans", e57()

@@ -135,6 +135,17 @@ TEXT: dict[str, tuple[Make, str]] = {
     "ptx with a long scan": (lambda: b"1\n1\n" + PTX_POSE + b"1 2 3 4\n" * 10**5, "line 12"),
     "ptx of endless heads": (lambda: (b"0\n0\n" + PTX_POSE) * 10**5, "file"),
     "a number of 60,000 digits": (lambda: (b"1" * 60_000 + b" 2 3.D+\n") * 100, "line 1, column 3"),
+    "a short row with a point, beside commas and quotes": (
+        lambda: b"sep=;\n" + b"1,5;2,5;3,5\n" * 25 + b'1.5\n"4,0";5,0;6,0\n',
+        "line 27",
+    ),
+    "an OFF header of signs": (lambda: b"OFF " + b"# " * 200 + b"x", "line 1"),
+    "20 lines of 32,000 columns": (lambda: (b"1 " * 32_000 + b"\n") * 20, "line 1"),
+    "a header of 13,000 eastings": (
+        lambda: b"east," * 13_000 + b"\n" + (b"1," * 13_000 + b"\n") * 5,
+        "line 1",
+    ),
+    "ptx of 300,000 scans": (lambda: (b"0\n0\n" + PTX_POSE) * 300_000, "file"),
     "a grid of heights": (lambda: b"ncols 3\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n", "file"),
 }
 
@@ -167,6 +178,8 @@ PACKED: dict[str, tuple[Make, str]] = {
     "zstd with a dictionary": (lambda: _zstd_frame(b"\x01\0\x07", CSV[:1000]), "file"),
     "200,000 zstd frames": (lambda: zstandard.compress(b"") * 200_000, "file"),
     "200,000 gzip members": (lambda: gzip.compress(b"") * 200_000, "file"),
+    "gzip of a million rows": (lambda: gzip.compress(b"1 2 3\n" * 10**6), "file"),
+    "zstd of a million rows": (lambda: zstandard.compress(b"1 2 3\n" * 10**6), "file"),
     "20 bombs in a row": (lambda: gzip.compress(bytes(2**25)) * 20, "file"),
     "gzip cut in the header": (lambda: gzip.compress(CSV)[:8], "file"),
     "gzip cut in the middle": (lambda: gzip.compress(CSV)[:3000], "file"),
@@ -220,9 +233,11 @@ def glb(points: np.ndarray, text: bytes | None = None, **changes: Any) -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
+ACCESSOR = {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 50}
+
+
 def _accessor(**changes: Any) -> bytes:
-    accessor = {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 50}
-    return glb(GRID, accessors=[{**accessor, **changes}])
+    return glb(GRID, accessors=[ACCESSOR | changes])
 
 
 GLB = glb(GRID)
@@ -264,7 +279,16 @@ MESHES: dict[str, tuple[Make, str]] = {
     "glb with a circle of nodes": (lambda: glb(GRID, nodes=[{"mesh": 0, "children": [0]}]), "nodes[0]"),
     "glb with a matrix of words": (lambda: glb(GRID, nodes=[{"matrix": ["a"] * 16}]), "nodes[0].matrix"),
     "glb with 50,000 nodes": (
-        lambda: glb(GRID, scenes=[{"nodes": list(range(50_000))}], nodes=[{}] * 50_000), "nodes[10000]"),
+        lambda: glb(GRID, scenes=[{"nodes": list(range(50_000))}], nodes=[{}] * 50_000), "nodes[4000]"),
+    "glb with 3,900 copies of 500 points": (
+        lambda: glb(np.resize(GRID, (500, 3)), scenes=[{"nodes": list(range(3900))}],
+                    nodes=[{"mesh": 0}] * 3900), "meshes[0].primitives[0]"),
+    "glb with 3,900 views of 500 points": (
+        lambda: glb(np.resize(GRID, (500, 3)), accessors=[ACCESSOR | {"count": 500}] * 3900,
+                    meshes=[{"primitives": [{"attributes": {"POSITION": i}} for i in range(3900)]}]),
+        "meshes[0].primitives[1001]"),
+    "glb with nodes 9,000 deep": (
+        lambda: glb(GRID, nodes=[{"children": [i + 1]} for i in range(9000)] + [{"mesh": 0}]), "nodes[4000]"),
     "glb with a million copies": (
         lambda: glb(GRID[:1], scenes=[{"nodes": list(range(2000))}], nodes=[{"mesh": 0}] * 2000,
                      meshes=[{"primitives": [{"attributes": {"POSITION": 0}}] * 500}]),
@@ -321,6 +345,11 @@ VALUES: dict[str, tuple[Make, str]] = {
                           "options.constraints.center"),
     "NaN in a guess": (lambda: _options(initial_guess={**SPHERE, "radius": np.nan}),
                        "options.initial_guess.radius"),
+    "190,000 unknown options": (
+        lambda: _options(**{f"a{i}": 1 for i in range(190_000)}), "options"),
+    "190,000 unknown constraints": (
+        lambda: _options(constraints={f"a{i}": 1 for i in range(190_000)}), "options"),
+    "a nominal of 100,000 values": (lambda: _options(nominal={"kind": [0] * 100_000}), "options"),
     "a guess of 5,000 digits": (lambda: _options(seed=7).replace(b"7}", b"7" * 5000 + b"}"), "options.seed"),
 }  # fmt: skip
 

@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 from tests.app.hostile import binary, bodies
 from tests.app.hostile.bodies import CSV, Make, named_part, upload
+from tests.app.hostile.refusals import REFUSALS
 
 REFUSED = frozenset({413, 422})
 _FORM = "multipart/form-data; boundary=x"
@@ -55,7 +56,9 @@ def _files() -> Iterator[Hostile]:
     """Files of every format, as the body itself."""
     path, headers = "/fit?missing=error", {"Content-Type": _FILE}
     for name, data in binary.CASES.items():
-        yield Hostile(f"binary: {name}", lambda data=data: data, path, headers)
+        status, named = REFUSALS[name]
+        statuses = frozenset({int(status)})
+        yield Hostile(f"binary: {name}", lambda data=data: data, path, headers, statuses, str(named))
     for name, (make, named) in bodies.CASES.items():
         yield Hostile(name, make, path, headers, field=named)
 

@@ -7,13 +7,13 @@ import pytest
 
 from tests.app.hostile import measure
 from tests.app.hostile.binary import CASES, Canary
-from tests.app.hostile.measure import refused
+from tests.app.hostile.refusals import REFUSALS, refusal
 from tests.app.readers.written import npy
 
 
-@pytest.mark.parametrize("data", CASES.values(), ids=CASES)
-def test_hostile_input_is_refused_quickly(data: bytes) -> None:
-    assert refused(data).message
+@pytest.mark.parametrize(("name", "data"), CASES.items(), ids=CASES)
+def test_hostile_input_is_refused_quickly_and_the_field_named(name: str, data: bytes) -> None:
+    assert refusal(data) == REFUSALS[name]
     assert not Canary.path.exists()
 
 
