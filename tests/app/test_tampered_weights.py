@@ -77,7 +77,11 @@ def test_tampered_weights_of_another_classifier_fail_the_requests_that_ask_for_i
         request_id = response.headers["x-request-id"]
         assert response.json()["instance"] == f"/requests/{request_id}"
         assert b"SHA" not in response.content
+        many = service.client.post("/fit/batch", **asked)
+        assert many.status_code == 200 and b'"status":500' in many.content.replace(b" ", b"")
     log = service.log.read_text()
     assert f" ERROR the request failed request_id={request_id} trace_id={TRACE}\nTraceback" in log
+    of_an_item = f" ERROR the request failed request_id={many.headers['x-request-id']} trace_id={TRACE}\n"
+    assert of_an_item in log
     assert f"WeightsMismatchError: weights {classifier}: the card's SHA-256" in log
     assert not (tmp_path / "unpickled").exists()
