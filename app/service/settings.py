@@ -253,7 +253,7 @@ class Settings(BaseSettings):
             self.max_json_points,
             self.max_body_bytes,
             RATIO,
-            dict(self.points_by_criterion),
+            {**self.points_by_criterion},
         )
 
     @property
