@@ -253,7 +253,7 @@ class Settings(BaseSettings):
             self.max_json_points,
             self.max_body_bytes,
             RATIO,
-            {**self.points_by_criterion},
+            {str(name): most for name, most in self.points_by_criterion.items()},
         )
 
     @property
