@@ -7,14 +7,16 @@ import argparse
 import asyncio
 import statistics
 import sys
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import count, cycle
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import NamedTuple
 
-from tests.app.serving import Service, running
+from tests.app.serving import Service, running, wait_for
 from tests.fire.fuzz import hostile
 from tests.fire.load import Answer, Client, statuses
 from tests.fire.report import Report, reported
@@ -45,10 +47,11 @@ def mixed_load(figures: Report, folder: Path, minutes: float) -> bool:
     with running(folder / "bodies", workers=WORKERS, log_format="json") as service:
         watch = Watch(service.pid)
         asyncio.run(_load(service.port, 2.0))
-        asyncio.run(asyncio.sleep(2.0))
+        time.sleep(2.0)
         idle = watch.descriptors()
         answers, samples = asyncio.run(_watched(service, watch, 60 * minutes))
-        asyncio.run(asyncio.sleep(2.0))
+        with suppress(AssertionError):  # what is left then is told below
+            wait_for(lambda: watch.descriptors() <= idle, patience=10.0)
         early, late = (_median(samples, share, minutes) for share in (EARLY, 1.0))
         figures.note("requests", len(answers))
         figures.note("statuses", statuses(answers))
