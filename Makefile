@@ -4,6 +4,7 @@
 # make test-clock   tests that compare times; needs an idle machine
 # make test-schema  random requests to the service, checked against its OpenAPI document, some minutes
 # make image  build the container image                  make lint        ruff, mypy, import rules
+# make sbom   what the image is made of, as CycloneDX in build/sbom.json
 # make wheel  the wheel and the sdist, in dist/          make test-wheel  try the wheel without a compiler
 # make lock   write the newest versions to requirements/ make lock-check  do they still match pyproject.toml?
 # make weights  train both classifiers again             make clean       remove everything that make created
@@ -30,6 +31,7 @@ TORCH  ?= torch==2.13.0
 # `make image`: the first container engine found; docs/docker.md shows a base image made without a registry.
 ENGINE     ?= $(notdir $(firstword $(shell command -v docker || command -v podman || command -v buildah)))
 BASE_IMAGE ?= python:3.11-slim
+IMAGE      ?= primfit:$(VERSION)
 VERSION     = $(shell sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml)
 # podman and buildah keep the health check only in this format.
 export BUILDAH_FORMAT = docker
@@ -50,7 +52,7 @@ BUILT_WITH = $(PYTHON) -c "import tomllib; print(*tomllib.load(open('pyproject.t
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-clock test-schema test-torch lint weights training-figures example openapi constants bench bench-steps bench-peers bench-full image wheel test-wheel lock lock-check clean
+.PHONY: run setup test test-slow test-clock test-schema test-torch lint weights training-figures example openapi constants bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -78,6 +80,7 @@ lint: $(VENV)/.dev
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy --package primfit
 	$(VENV)/bin/mypy docs/constants.py
+	$(VENV)/bin/mypy deploy/sbom.py
 	$(VENV)/bin/lint-imports
 
 # Both classifiers learn from the same clouds, which are drawn once and kept under build/ for this run only.
@@ -122,7 +125,11 @@ bench-full: $(VENV)/.bench $(VENV_PEERS)/.peers
 	$(VENV)/bin/primfit bench report --records build/bench-full --out docs
 
 image:
-	$(ENGINE) build --build-arg BASE_IMAGE=$(BASE_IMAGE) $(IMAGE_FLAGS) --tag primfit:$(VERSION) .
+	$(ENGINE) build --build-arg BASE_IMAGE=$(BASE_IMAGE) $(IMAGE_FLAGS) --tag $(IMAGE) .
+
+# Of an image that is there already: make image.
+sbom: $(VENV)/.dev
+	$(VENV)/bin/python deploy/sbom.py --engine $(ENGINE) $(IMAGE)
 
 # One wheel for Python 3.11 and later, made from the sdist, so that this is known to be whole.
 wheel: $(VENV)/.dev
@@ -142,7 +149,7 @@ lock: $(VENV)/.uv
 	cd $(LOCK_AT) && $(COMPILE) --extra dev --output-file requirements/dev.txt pyproject.toml
 	cd $(LOCK_AT) && $(BUILT_WITH) | $(COMPILE) $(AS_TESTED) --output-file requirements/build.txt -
 	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --output-file requirements/image.txt pyproject.toml
-	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --extra bench --extra cad --extra e57 --output-file requirements/full.txt \
+	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --extra bench --extra cad --extra e57 --extra otel --output-file requirements/full.txt \
 		pyproject.toml
 
 # The same on a copy, without looking for newer versions.

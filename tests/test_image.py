@@ -1,29 +1,40 @@
-"""The container image, started for real: as whom it runs, what it answers, what it holds, how it stops.
+"""The container image, started for real: as whom it runs, who reaches it, what it holds, how it stops.
 
 `PRIMFIT_IMAGE` names the image that `make image` built, `PRIMFIT_ENGINE` docker, podman or buildah. It runs
 on a file system that is read-only but for /tmp, and without capabilities; with buildah, which runs nothing
-that way, the test enters the file system of the image itself and must be root.
+that way, the test enters the file system of the image itself and must be root. Then it has a network of its
+own, too, a pair of linked interfaces, for the names that others know it by.
 """
 
 import json
 import os
+import re
+import shutil
 import subprocess
+import sys
 import threading
 import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
+from cyclonedx.schema import SchemaVersion
+from cyclonedx.validation.json import JsonStrictValidator
 
-from tests.paths import EXAMPLES
+from deploy.sbom import container, inventory, sbom
+from tests.paths import EXAMPLES, ROOT
 
 ENGINE = os.environ.get("PRIMFIT_ENGINE", "docker")
 IMAGE = os.environ.get("PRIMFIT_IMAGE")
 EXAMPLE = EXAMPLES / "cylinder.csv"
 PORT = 18473
 PATIENCE = 60
+NETWORK = "primfit-test"
+HERE, THERE = "10.231.7.1", "10.231.7.2"
+"""The two ends of the network between this machine and a container."""
 ENTER = """set -eu
 root=$1 user=$2 directory=$3
 shift 3
@@ -111,6 +122,63 @@ def test_it_runs_without_rights(run: list[str]) -> None:
     assert _output(*run, "id", "-u").strip() == "10001"
     status = _output(*run, "cat", "/proc/self/status")
     assert "CapEff:\t0000000000000000" in status and "CapBnd:\t0000000000000000" in status
+
+
+def test_it_answers_by_whatever_name_it_is_known(service: subprocess.Popen[bytes]) -> None:
+    for host in ("localhost:8000", f"127.0.0.1:{PORT}", "primfit:8000", "primfit.example.com"):
+        for path, body in (("/readyz", None), ("/fit", EXAMPLE.read_bytes())):
+            headers = {"Host": host, "Content-Type": "text/csv"}
+            request = urllib.request.Request(f"http://127.0.0.1:{PORT}{path}", body, headers)
+            with urllib.request.urlopen(request, timeout=PATIENCE) as reply:
+                assert reply.status == 200, host
+
+
+@pytest.fixture
+def network() -> Iterator[str]:
+    """A network namespace that this machine reaches."""
+    if ENGINE != "buildah" or shutil.which("ip") is None:
+        pytest.skip("the network of another engine is not ours to make; needs buildah, root and iproute2")
+    link = ["primfit-here", "type", "veth", "peer", "name", "primfit-there", "netns", NETWORK]
+    _output("ip", "netns", "add", NETWORK)
+    try:
+        _output("ip", "link", "add", *link)
+        for where, address, name in (((), HERE, link[0]), (("-n", NETWORK), THERE, link[5])):
+            _output("ip", *where, "address", "add", f"{address}/30", "dev", name)
+            _output("ip", *where, "link", "set", name, "up")
+        yield NETWORK
+    finally:
+        _output("ip", "netns", "delete", NETWORK)
+
+
+def test_it_is_reached_from_another_container_by_its_name(
+    run: list[str], network: str, tmp_path: Path
+) -> None:
+    hosts = tmp_path / "hosts"
+    hosts.write_text(f"127.0.0.1 localhost\n{THERE} primfit\n")
+    known = ["unshare", "--mount", "sh", "-c", 'mount --bind "$0" /etc/hosts && exec "$@"', str(hosts)]
+    ask = f"import urllib.request as u; print(u.urlopen('http://primfit:{PORT}/version', timeout=9).status)"
+    process = subprocess.Popen(["ip", "netns", "exec", network, *run, "primfit", "serve"])
+    try:
+        _wait(f"http://{THERE}:{PORT}/readyz")
+        assert _output(*known, sys.executable, "-c", ask) == "200\n"
+    finally:
+        process.terminate()
+        process.wait(timeout=PATIENCE)
+
+
+def test_the_list_of_its_parts_is_valid_and_has_the_versions_of_the_lock() -> None:
+    with container(ENGINE, str(IMAGE)) as ask:
+        written = sbom(str(IMAGE), inventory(ask))
+    errors = JsonStrictValidator(SchemaVersion.V1_6).validate_str(written)
+    assert errors is None, errors
+    parts = {part["purl"] for part in json.loads(written)["components"]}
+    for name in ("fastapi", "uvicorn", "pydantic", "orjson"):
+        (pinned,) = re.findall(
+            rf"^{name}==(\S+)", (ROOT / "requirements/image.txt").read_text(), re.MULTILINE
+        )
+        assert f"pkg:pypi/{name}@{pinned}" in parts
+    assert any("/libc6@" in part for part in parts)
+    assert not any(part.startswith(("pkg:pypi/torch@", "pkg:pypi/pip@")) for part in parts)
 
 
 def test_it_holds_neither_torch_nor_pip_nor_the_tests_of_packages(run: list[str]) -> None:

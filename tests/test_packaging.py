@@ -39,6 +39,8 @@ def test_changes_and_citation_are_those_of_this_version() -> None:
         ("vendor.github-issue-forms", ".github/ISSUE_TEMPLATE/[!c]*.yml"),
         ("vendor.github-issue-config", ".github/ISSUE_TEMPLATE/config.yml"),
         ("vendor.github-workflows", "deploy/wheels.yml"),
+        ("vendor.compose-spec", "compose.yaml"),
+        ("vendor.compose-spec", "deploy/compose.*.yaml"),
     ],
 )
 def test_files_for_others_follow_their_schema(schema: str, files: str) -> None:

@@ -6,7 +6,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
 from importlib.metadata import version as version_of
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, time_ns
 
 from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import HTMLResponse, PlainTextResponse, RedirectResponse
@@ -23,7 +23,7 @@ from ..workers import PRELOAD, jobs
 from ..workers.batch_jobs import OpenJob
 from ..workers.pool import WorkerPool
 from ..workers.request_id import RequestId
-from . import docs_page, metrics, openapi, operations
+from . import docs_page, metrics, openapi, operations, tracing
 from .batch_stream import Batch, Lines
 from .body import announced, is_large, received, size
 from .browsers import Addressee, share_with
@@ -33,6 +33,7 @@ from .media_types import MEDIA_TYPES, what_to_send
 from .methods import answer_head_and_options
 from .observe import Observer
 from .prefer import wait
+from .routes import RouteNames
 from .settings import Settings, load
 from .spool import Spool
 
@@ -63,6 +64,8 @@ def create_app(settings: Settings | None = None, local: bool = False) -> FastAPI
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
+        # Its spans would tell the values of queries: `tracing`.
+        telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
     )
     app.state.settings = settings
     app.state.metrics = metrics.Metrics()
@@ -76,7 +79,10 @@ def create_app(settings: Settings | None = None, local: bool = False) -> FastAPI
     app.add_middleware(Guard, access=app.state.access)
     share_with(app, settings.cors_origins)
     app.add_middleware(Addressee, hosts=settings.allowed_hosts, local=local, origins=settings.cors_origins)
-    app.add_middleware(Observer, metrics=app.state.metrics)
+    names = RouteNames([*app.routes, *requests.routes, *router.routes])
+    app.add_middleware(Observer, metrics=app.state.metrics, routes=names)
+    if (provider := tracing.provider()) is not None:
+        app.add_middleware(tracing.Tracing, provider=provider, routes=names)
     app.add_middleware(RequestId)
     for error in (*problems.KINDS, HTTPException, Exception):
         app.add_exception_handler(error, _refuse)
@@ -166,6 +172,7 @@ async def _fitted(request: Request, export: bool) -> Response:
     if reply is None:
         raise ClientDisconnect
     request.state.facts |= reply.facts
+    request.state.worked = reply.seconds, time_ns()
     seconds |= reply.seconds | {"total": perf_counter() - started}
     timing = ", ".join(f"{name};dur={1000 * value:.2f}" for name, value in seconds.items())
     headers = {**reply.headers, "Server-Timing": timing}

@@ -25,6 +25,8 @@ _SENT = (
     "Content-Type",
     "If-None-Match",
     "Prefer",
+    "traceparent",
+    "tracestate",
     "X-API-Key",
     "X-Request-Id",
 )

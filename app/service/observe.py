@@ -10,6 +10,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from ..wire.problems import INTERNAL, StoppingError, plain, respond
 from ..workers import logs
 from .metrics import Metrics
+from .routes import RouteNames
 
 QUIET = ("/livez", "/readyz", "/metrics")
 """Paths that are asked every few seconds, and stay out of the log."""
@@ -20,8 +21,8 @@ _log = logging.getLogger("primfit")
 class Observer:
     """Notes what is known of a request, `state.facts`, when it ends; holds neither bodies nor keys."""
 
-    def __init__(self, app: ASGIApp, metrics: Metrics) -> None:
-        self.app, self._metrics = app, metrics
+    def __init__(self, app: ASGIApp, metrics: Metrics, routes: RouteNames) -> None:
+        self.app, self._metrics, self._routes = app, metrics, routes
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -59,8 +60,7 @@ class Observer:
         facts = {"received_bytes": n_bytes, **request.state.facts}
         # Where the connection has answered in place of the application.
         status = facts.pop("status", status)
-        route = getattr(request.scope.get("route"), "path", "other")
-        self._metrics.requested(route, status, seconds, facts)
+        self._metrics.requested(self._routes.name(request.scope) or "other", status, seconds, facts)
         if request.scope["path"] in QUIET:
             return
         head = {

@@ -23,7 +23,8 @@ Items of a list stand in an environment variable with commas between them; an em
 `primfit settings` checks what is set and prints what is in force, as such a file, without the keys: `primfit
 settings > primfit.toml` keeps it. A name in the file that is not below, and a value that is not allowed, are
 named, and nothing starts (exit status 2).
-[operations.md](operations.md) says what the settings are for.
+[operations.md](operations.md) says what the settings are for. [Traces](operations.md#traces) have none: the
+variables of OpenTelemetry (`OTEL_EXPORTER_OTLP_ENDPOINT`, ...) configure them.
 
 | setting | environment | default | allowed | meaning |
 |---|---|---|---|---|

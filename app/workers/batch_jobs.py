@@ -1,7 +1,7 @@
 """What worker processes do with a batch: find its files, read each of them, fit each segment."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -25,6 +25,7 @@ from ..wire.multipart import Part, find_parts
 from ..wire.options import check_options, parse_options
 from ..wire.problems import InvalidOptionsError
 from .jobs import fitted
+from .trace_context import TRACE_ID
 
 PARTS = ("file", "options", "labels")
 _LABELS_LENGTH = 200
@@ -96,6 +97,7 @@ class OpenJob:
     query: list[tuple[str, str]]
     limits: Limits
     most_files: int
+    trace_id: str | None = field(default_factory=TRACE_ID.get, kw_only=True)
 
     def work(self) -> Opened:
         """Which files there are, with options that hold for all of them."""
@@ -154,6 +156,7 @@ class FileJob:
     limits: Limits
     scratch: Path
     most_segments: int
+    trace_id: str | None = field(default_factory=TRACE_ID.get, kw_only=True)
 
     def work(self) -> Found | CutFile:
         """The answer for a file without labels; of one that has them the segments, cut but not fitted."""
@@ -194,6 +197,7 @@ class SegmentJob:
     options: Mapping[str, Any]
     start: int
     stop: int
+    trace_id: str | None = field(default_factory=TRACE_ID.get, kw_only=True)
 
     def work(self) -> Found:
         """The answer for the segment: that for a file of its rows alone."""

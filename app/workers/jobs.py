@@ -26,6 +26,7 @@ from ..wire.options import check_options, parse_options
 from ..wire.problems import INTERNAL, MEDIA_TYPE, AlreadyAnsweredError, problem
 from . import logs, memory
 from .request_id import REQUEST_ID
+from .trace_context import TRACE_ID
 from .worker import WornOutError
 
 ZIP = "application/zip"
@@ -37,6 +38,9 @@ class Job(Protocol):
 
     @property
     def request_id(self) -> str: ...
+
+    @property
+    def trace_id(self) -> str | None: ...
 
     def work(self) -> Any:
         """Do it; what is raised becomes a problem document."""
@@ -55,6 +59,7 @@ class FitJob:
     limits: Limits
     if_none_match: str = ""
     export: bool = False
+    trace_id: str | None = field(default_factory=TRACE_ID.get, kw_only=True)
 
     def work(self) -> "Reply":
         return _fit(self)
@@ -62,7 +67,10 @@ class FitJob:
 
 @dataclass(frozen=True)
 class Reply:
-    """A finished response, the seconds that went into its steps, and facts for the log and the metrics."""
+    """A finished response, the seconds that went into its steps, and facts for the log and the metrics.
+
+    The steps are `read`, `fit` and `encode`, in this order, or the `work` until the request was refused.
+    """
 
     status: int
     content: bytes
@@ -90,6 +98,8 @@ def run(job: Job) -> Any:
     None where the request ended meanwhile: then there is nobody to tell.
     """
     REQUEST_ID.set(job.request_id)
+    TRACE_ID.set(job.trace_id)
+    started = perf_counter()
     try:
         return job.work()
     except FileNotFoundError:
@@ -97,17 +107,17 @@ def run(job: Job) -> Any:
         return None
     except MemoryError:
         # What was half made may be held somewhere still.
-        raise WornOutError(_refused(memory.too_large(), job)) from None
+        raise WornOutError(_refused(memory.too_large(), job, started)) from None
     except Exception as error:
-        return _refused(error, job)
+        return _refused(error, job, started)
 
 
-def _refused(error: Exception, job: Job) -> Reply:
+def _refused(error: Exception, job: Job, started: float) -> Reply:
     refused = problem(error, f"/requests/{job.request_id}")
     if refused.status == INTERNAL.status:
         _log.exception("the request failed")
-    facts = {"problem": refused.slug}
-    return Reply(refused.status, refused.content, MEDIA_TYPE, refused.headers, facts=facts)
+    seconds, facts = {"work": perf_counter() - started}, {"problem": refused.slug}
+    return Reply(refused.status, refused.content, MEDIA_TYPE, refused.headers, seconds, facts)
 
 
 def _fit(job: FitJob) -> Reply:
@@ -132,13 +142,15 @@ def _fit(job: FitJob) -> Reply:
         if names(job.if_none_match, tag):
             raise AlreadyAnsweredError("the answer would be the one that you named", {"ETag": tag})
     recognition, content, facts = fitted(cloud, options)
-    seconds = {"read": read_at - started, "fit": facts["fit_seconds"]}
+    fitted_at = perf_counter()
     if wanted is not None:
-        archive = bundle(to_json(content), Fitted(recognition, cloud, options, name), wanted)
-        named = {"Content-Disposition": attachment(_archive_name(name))}
-        return Reply(200, archive, ZIP, named, seconds, facts)
-    headers = {"ETag": etag(content["receipt"], cloud)}
-    return Reply(200, to_json(content), headers=headers, seconds=seconds, facts=facts)
+        media_type, headers = ZIP, {"Content-Disposition": attachment(_archive_name(name))}
+        encoded = bundle(to_json(content), Fitted(recognition, cloud, options, name), wanted)
+    else:
+        media_type, headers = "application/json", {"ETag": etag(content["receipt"], cloud)}
+        encoded = to_json(content)
+    seconds = {"read": read_at - started, "fit": fitted_at - read_at, "encode": perf_counter() - fitted_at}
+    return Reply(200, encoded, media_type, headers, seconds, facts)
 
 
 def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any], dict[str, Any]]:

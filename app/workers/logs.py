@@ -1,4 +1,4 @@
-"""The log: one line an event, for people or as JSON, with the id of the request that it belongs to."""
+"""The log: one line an event, for people or as JSON, with the ids of its request and its trace."""
 
 import logging
 import logging.config
@@ -10,6 +10,7 @@ from typing import Any
 import orjson
 
 from .request_id import REQUEST_ID
+from .trace_context import TRACE_ID
 
 DOOR = "primfit.door"
 """The logger of what clients can cause as often as they like; like asyncio's, it does not repeat itself."""
@@ -94,5 +95,5 @@ def _time(record: logging.LogRecord) -> str:
 
 def _facts(record: logging.LogRecord) -> dict[str, Any]:
     """What is known beside the message; unknown facts are left out."""
-    facts = {"request_id": REQUEST_ID.get(), **getattr(record, "facts", {})}
+    facts = {"request_id": REQUEST_ID.get(), "trace_id": TRACE_ID.get(), **getattr(record, "facts", {})}
     return {name: value for name, value in facts.items() if value is not None}

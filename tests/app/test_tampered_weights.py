@@ -13,6 +13,8 @@ import pytest
 from tests.app.serving import running, wait_for
 from tests.paths import EXAMPLES, ROOT
 
+TRACE = "0af7651916cd43dd8448eb211c80319c"
+
 
 class _Bomb:
     """Makes a directory when it is unpickled."""
@@ -68,12 +70,18 @@ def test_tampered_weights_of_another_classifier_fail_the_requests_that_ask_for_i
     code = _tampered(tmp_path, classifier)
     with running(tmp_path / "bodies", code=code, workers=1) as service:
         assert service.post(body, "text/csv").status_code == 200
-        response = service.post(body, "text/csv", classifier=classifier)
+        headers = {"Content-Type": "text/csv", "traceparent": f"00-{TRACE}-b7ad6b7169203331-01"}
+        asked = {"content": body, "headers": headers, "params": {"classifier": classifier}}
+        response = service.client.post("/fit", **asked)
         assert response.status_code == 500
         request_id = response.headers["x-request-id"]
         assert response.json()["instance"] == f"/requests/{request_id}"
         assert b"SHA" not in response.content
+        many = service.client.post("/fit/batch", **asked)
+        assert many.status_code == 200 and b'"status":500' in many.content.replace(b" ", b"")
     log = service.log.read_text()
-    assert f" ERROR the request failed request_id={request_id}\nTraceback" in log
+    assert f" ERROR the request failed request_id={request_id} trace_id={TRACE}\nTraceback" in log
+    of_an_item = f" ERROR the request failed request_id={many.headers['x-request-id']} trace_id={TRACE}\n"
+    assert of_an_item in log
     assert f"WeightsMismatchError: weights {classifier}: the card's SHA-256" in log
     assert not (tmp_path / "unpickled").exists()

@@ -322,7 +322,7 @@ def test_times_and_ids_travel_in_headers_only(service: Any) -> None:
     first = service.client.post("/fit", json=SMALL, headers={"X-Request-Id": "my-id_7"})
     assert first.headers["x-request-id"] == "my-id_7"
     names = [item.partition(";")[0] for item in first.headers["server-timing"].split(", ")]
-    assert names == ["receive", "read", "fit", "total"]
+    assert names == ["receive", "read", "fit", "encode", "total"]
     other = service.client.post("/fit", json=SMALL, headers={"X-Request-Id": "<script>"})
     assert "<" not in other.headers["x-request-id"]
     assert first.content == other.content

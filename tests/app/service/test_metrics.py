@@ -4,6 +4,7 @@ import json
 import os
 import re
 import signal
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,38 @@ def test_metrics_count_what_happened(guarded_service: Any) -> None:
     assert grown["primfit_client_requests_total", "alice"] == 4  # these three, and reading the first time
     assert after["primfit_workers_warm",] == 1
     assert after["primfit_workers_busy",] == after["primfit_queue_length", "small"] == 0
+
+
+def test_each_path_that_there_is_has_its_route_and_all_others_share_one(guarded_service: Any) -> None:
+    client = guarded_service.client
+    before = _samples(guarded_service)
+    for path in ("/openapi.json", "/docs", "/", "/capabilities", "/version", "/livez"):
+        client.get(path, headers=KEY)
+        client.head(path, headers=KEY)
+    client.get("/version")
+    client.request("DELETE", "/fit", headers=KEY)
+    client.request("PATCH", "/docs", headers=KEY)
+    client.options("/fit/batch", headers=KEY)
+    for i in range(3):
+        client.get(f"/nowhere/{i}", headers=KEY)
+    after = _samples(guarded_service)
+    counts = {name: value - before.get(name, 0.0) for name, value in after.items()}
+    grown: Counter[str] = Counter()
+    for name, value in counts.items():
+        if name[0] == "primfit_request_seconds_count" and value:
+            grown[name[1]] += round(value)
+    assert grown == {
+        "/openapi.json": 2,
+        "/docs": 3,
+        "/": 2,
+        "/capabilities": 2,
+        "/version": 3,
+        "/livez": 2,
+        "/fit": 1,
+        "/fit/batch": 1,
+        "other": 3,
+        "/metrics": 1,
+    }
 
 
 def test_the_metrics_shown_are_metrics_that_there_are(guarded_service: Any) -> None:

@@ -54,6 +54,18 @@ def test_a_refusal_is_a_line_that_names_the_problem_and_holds_nothing_of_the_inp
     assert "s3cret" not in guarded_service.log.read_text()
 
 
+def test_the_trace_of_a_client_is_named_and_nothing_else_is_taken_for_one(guarded_service: Any) -> None:
+    trace = "0af7651916cd43dd8448eb211c80319c"
+    for name, parent in (
+        ("traced-1", f"00-{trace}-b7ad6b7169203331-00"),
+        ("traced-2", f"00-{trace}-s3cret-01"),
+    ):
+        headers = {**KEY, "X-Request-Id": name, "traceparent": parent}
+        guarded_service.client.get("/version", headers=headers)
+    assert _line(guarded_service, "traced-1")["trace_id"] == trace
+    assert "trace_id" not in _line(guarded_service, "traced-2")
+
+
 def test_a_path_cannot_forge_a_line(guarded_service: Any) -> None:
     headers = {**KEY, "X-Request-Id": "odd-1"}
     guarded_service.client.get("/odd%0a%22,%22path/" + "x" * 1000, headers=headers)
