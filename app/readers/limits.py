@@ -1,6 +1,7 @@
-"""How much a reader may take in."""
+"""How much may be read, and fitted."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from .errors import TooLargeError
 
@@ -9,16 +10,30 @@ GIB = 1024**3
 
 @dataclass(frozen=True)
 class Limits:
-    """Most points of a cloud and of one in JSON, None for any number; most bytes that data unpacks to."""
+    """Most points of a cloud and of one in JSON, None for any number; most bytes that data unpacks to.
+
+    `criterion_points` are the most points that are fitted by a criterion, where it has a limit.
+    """
 
     points: int | None = None
     json_points: int | None = None
     unpacked_bytes: int = 2 * GIB
+    criterion_points: Mapping[str, int] = field(default_factory=dict)
 
     def check_points(self, n_points: int, field: str = "file") -> None:
         """Raise `TooLargeError` when a cloud holds more points than may be read."""
         if self.points is not None and n_points > self.points:
             raise TooLargeError(field, f"{n_points} points; the limit is {self.points}", f"{n_points} points")
+
+    def check_criterion(self, n_points: int, criterion: str) -> None:
+        """Raise `TooLargeError` when a criterion may not be done in time with so many points."""
+        most = self.criterion_points.get(criterion)
+        if most is not None and n_points > most:
+            message = (
+                f"{n_points} points; the limit of the criterion {criterion} is {most}, for it to be done in "
+                "time: send fewer points, or choose a criterion with a higher limit (GET /capabilities)"
+            )
+            raise TooLargeError("criterion", message, f"{n_points} points")
 
     def check_unpacked(self, n_bytes: int, field: str = "file") -> None:
         """Raise `TooLargeError` when compressed data unpacks to more bytes than may be read."""

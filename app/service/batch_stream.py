@@ -91,7 +91,10 @@ class Batch:
                     continue
                 left -= len(read.labels) - 1
                 for i, label in enumerate(read.labels):
-                    job = SegmentJob(self.request_id, read.stored, read.options, *read.bounds[i : i + 2])
+                    start, stop = read.bounds[i : i + 2]
+                    job = SegmentJob(
+                        self.request_id, read.stored, read.options, self.settings.limits, start, stop
+                    )
                     done_with = scratch if i == len(read.labels) - 1 else None
                     yield partial(self._fit, whole.segment(label, ids), job, done_with)
 

@@ -28,7 +28,7 @@ def capabilities(settings: Settings, versions: Versions) -> Capabilities:
         artifacts=list(ARTIFACTS),
         content_encodings=list(CODINGS),
         options=_options(),
-        limits=ServiceLimits(**settings.model_dump(include=set(ServiceLimits.model_fields))),
+        limits=ServiceLimits(**{name: getattr(settings, name) for name in ServiceLimits.model_fields}),
         extras=_extras(),
         versions=versions,
     )

@@ -17,7 +17,10 @@ from pydantic_settings import (
     TomlConfigSettingsSource,
 )
 
+from primfit.fitting.names import Criterion
+
 from ..readers.limits import Limits
+from .budgets import points_by_criterion
 from .keys import Keys
 
 MIB = 1024 * 1024
@@ -244,8 +247,15 @@ class Settings(BaseSettings):
 
     @property
     def limits(self) -> Limits:
-        """How much a reader may take in."""
-        return Limits(self.max_points, self.max_json_points, self.max_body_bytes)
+        """How much may be read, and fitted."""
+        return Limits(
+            self.max_points, self.max_json_points, self.max_body_bytes, dict(self.points_by_criterion)
+        )
+
+    @property
+    def points_by_criterion(self) -> dict[Criterion, int]:
+        """The most points that each criterion is done with in time."""
+        return points_by_criterion(self.fit_time_limit, self.max_points)
 
     def keys(self) -> Keys:
         """The API keys of both places; `ValueError` or `OSError` where they cannot be used."""

@@ -351,6 +351,9 @@ class ServiceLimits(BaseModel):
     max_body_bytes: int
     max_points: int
     max_json_points: int
+    points_by_criterion: dict[CriterionName, int] = Field(
+        description="most points of a cloud by its criterion: so many are done in `fit_time_limit`"
+    )
     fit_time_limit: float = Field(description="seconds for reading and fitting")
     receive_timeout: float = Field(description="seconds over which the rate of a body is averaged")
     queue_size: int = Field(description="requests that may wait for a worker")

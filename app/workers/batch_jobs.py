@@ -167,7 +167,7 @@ class FileJob:
             if cloud.options:
                 options = check_options(self.options.query, self.options.beside, cloud.options)
             cut = cut_cloud(cloud)
-            return _found(cloud, options) if cut is None else self._store(cut, options, scratch)
+            return _found(cloud, options, self.limits) if cut is None else self._store(cut, options, scratch)
 
     def _read(self, pick: Pick) -> Cloud:
         content = self.content if isinstance(self.content, bytes) else self.content.read()
@@ -195,15 +195,16 @@ class SegmentJob:
     request_id: str
     stored: Stored
     options: Mapping[str, Any]
+    limits: Limits
     start: int
     stop: int
     trace_id: str | None = field(default_factory=TRACE_ID.get, kw_only=True)
 
     def work(self) -> Found:
         """The answer for the segment: that for a file of its rows alone."""
-        return _found(self.stored.segment(self.start, self.stop), self.options)
+        return _found(self.stored.segment(self.start, self.stop), self.options, self.limits)
 
 
-def _found(cloud: Cloud, options: Mapping[str, Any]) -> Found:
-    _, content, facts = fitted(cloud, options)
+def _found(cloud: Cloud, options: Mapping[str, Any], limits: Limits) -> Found:
+    _, content, facts = fitted(cloud, options, limits)
     return Found(to_json(content), facts)

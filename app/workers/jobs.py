@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from primfit.fitting.answer.result import Recognition
-from primfit.fitting.names import ANSWER_PARTS
+from primfit.fitting.names import ANSWER_PARTS, CRITERION
 
 from ..engine.answer import answered, receipt, to_json, versions
 from ..engine.fit import fit, prepared
@@ -141,7 +141,7 @@ def _fit(job: FitJob) -> Reply:
         tag = etag(receipt(cloud, options), cloud)
         if names(job.if_none_match, tag):
             raise AlreadyAnsweredError("the answer would be the one that you named", {"ETag": tag})
-    recognition, content, facts = fitted(cloud, options)
+    recognition, content, facts = fitted(cloud, options, job.limits)
     fitted_at = perf_counter()
     if wanted is not None:
         media_type, headers = ZIP, {"Content-Disposition": attachment(_archive_name(name))}
@@ -153,9 +153,16 @@ def _fit(job: FitJob) -> Reply:
     return Reply(200, encoded, media_type, headers, seconds, facts)
 
 
-def fitted(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any], dict[str, Any]]:
-    """What was recognized, the answer, and what the log and the metrics say of it."""
+def fitted(
+    cloud: Cloud, options: Mapping[str, Any], limits: Limits
+) -> tuple[Recognition, dict[str, Any], dict[str, Any]]:
+    """What was recognized, the answer, and what the log and the metrics say of it.
+
+    Raises `TooLargeError` before the fit where the criterion may not be done in time.
+    """
     started = perf_counter()
+    cloud = prepared(cloud, options)
+    limits.check_criterion(len(cloud.points), options.get("criterion", CRITERION))
     recognition, content = answered(cloud, options)
     primitive = content["primitive"]
     return (

@@ -7,7 +7,7 @@ Terms as in ISO 12781-1 (flatness: LSPL, MZPL), ISO 12180-1 (cylindricity: LSCY,
 (roundness); cones, spheres and tori are measured alike.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,18 +18,8 @@ from ..errors import FailedFit, InvalidPointCloudError
 from ..geometry.vectors import Array
 from ..primitives.primitive import NO_ROWS, Primitive
 from ..search.criteria import cheapest_minimum
-from ..solver.refine import stepped
 from ..trial.trial import Trial
 from ..zones.extreme import minimum_zone
-
-OUTERMOST = 2000
-"""So many points, the outermost, decide a minimum zone first; those beyond it join them."""
-
-ROUNDS = 20
-"""Times that points join before a minimum zone is given up."""
-
-SAME_WIDTH, ROUNDING = 1e-12, 1e-15
-"""Points that are beyond a zone by less than this share of its width, or this in the frame, are not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +87,7 @@ def form_of(primitive: Primitive, points: Array) -> Form:
     end = cheapest_minimum(start, NO_ROWS, Trial(start.kind, cloud))
     least_squares = end if isinstance(end, FailedFit) else end.primitive
     best = start if isinstance(least_squares, FailedFit) else least_squares
-    zone = _minimum_zone(_centered(best, cloud), cloud)
+    zone = minimum_zone([best], cloud)
     references = (_reference(found, start, cloud) for found in (least_squares, zone))
     return Form(name, len(points), *references)
 
@@ -110,30 +100,3 @@ def _reference(found: Primitive | FailedFit, start: Primitive, cloud: Cloud) -> 
     if not found.has_sign and row[:3] @ start.row()[:3] < 0.0:
         row[:3] = -row[:3]
     return Reference.of(type(found).from_row(row), cloud.points, cloud.frame)
-
-
-def _centered(primitive: Primitive, cloud: Cloud) -> Primitive:
-    """The offset whose largest distances to both sides are equal: the middle of the zone of its points."""
-    distance = primitive.signed_distance(cloud.points)
-    step = np.zeros(primitive.dof)
-    step[-1] = (distance.max() + distance.min()) / 2.0
-    return stepped(primitive, step)
-
-
-def _minimum_zone(start: Primitive, cloud: Cloud) -> Primitive | FailedFit:
-    """The minimum zone of all points from that of the outermost: most others have no say in it."""
-    absolute = np.abs(start.signed_distance(cloud.points))
-    few = np.argsort(absolute, kind="stable")[-OUTERMOST:]
-    found: Primitive | FailedFit = start
-    for _ in range(ROUNDS):
-        found = minimum_zone(start, replace(cloud, points=cloud.points[np.sort(few)]))
-        if isinstance(found, FailedFit):
-            return found
-        absolute = np.abs(found.signed_distance(cloud.points))
-        width = float(absolute[few].max())
-        beyond = np.flatnonzero(absolute > width * (1.0 + SAME_WIDTH) + ROUNDING)
-        if not len(beyond):
-            return found
-        outermost = beyond[np.argsort(absolute[beyond], kind="stable")[-OUTERMOST:]]
-        few, start = np.union1d(few, outermost), found
-    return FailedFit(f"the minimum zone of {len(cloud.points)} points did not converge in {ROUNDS} rounds")

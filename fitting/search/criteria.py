@@ -1,11 +1,11 @@
 """What the parameters minimize: one finisher a criterion, from where the search ended."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ..cloud.cloud import Cloud
+from ..cloud.cloud import SAMPLE_POINTS, Cloud
 from ..errors import FailedFit
 from ..geometry.vectors import Array
 from ..guesses.oriented import Oriented
@@ -165,32 +165,28 @@ def _median_scale(primitive: Primitive, cloud: Cloud) -> float:
 
 
 def _started_at_least_squares(
-    extreme: Callable[[Primitive, Cloud], Primitive | FailedFit], size: Callable[[Primitive, Cloud], float]
+    extreme: Callable[[Sequence[Primitive], Cloud], Primitive | FailedFit],
 ) -> Finisher:
-    """A minimum of `size` from the least squares surface; of few points also from its other minima."""
+    """An extreme surface from about that of least squares; of few points also from its other minima."""
 
     def finish(fitted: Finished, starts: Array, trial: Trial) -> Finished | FailedFit:
-        cloud, start = trial.cloud, least_squares(fitted, starts, trial)
-        best = fitted if isinstance(start, FailedFit) else start
-        ends = [extreme(best.primitive, cloud)]
+        cloud, start = trial.cloud, least_squares(fitted, starts, _of_few(trial))
+        best = [(fitted if isinstance(start, FailedFit) else start).primitive]
         if len(cloud.points) <= FEW_POINTS:
             surfaces = [trial.primitive.from_row(row) for row in starts]
-            others = _different([refine(surface, cloud.points) for surface in surfaces], cloud.points)
-            ends += [extreme(other, cloud) for other in others]
-        found = [end for end in ends if not isinstance(end, FailedFit)]
-        if not found:
-            return ends[0]  # type: ignore[return-value]
-        return Finished(min(found, key=lambda end: size(end, cloud)), None)
+            best += _different([refine(surface, cloud.points) for surface in surfaces], cloud.points)
+        found = extreme(best, cloud)
+        return found if isinstance(found, FailedFit) else Finished(found, None)
 
     return finish
 
 
-def _zone(primitive: Primitive, cloud: Cloud) -> float:
-    return float(np.abs(primitive.signed_distance(cloud.points)).max())
-
-
-def _radius(primitive: Primitive, cloud: Cloud) -> float:
-    return float(primitive.row()[8])
+def _of_few(trial: Trial) -> Trial:
+    """The trial with the sample of a large cloud: only the start of an extreme surface comes of it."""
+    cloud = trial.cloud
+    if len(cloud.points) <= SAMPLE_POINTS:
+        return trial
+    return replace(trial, cloud=replace(cloud, points=cloud.working[cloud.sample], factors=None))
 
 
 FINISHERS: dict[str, Finisher] = {
@@ -198,10 +194,8 @@ FINISHERS: dict[str, Finisher] = {
     "least_squares": least_squares,
     "huber": huber,
     "tukey": tukey,
-    "minimum_zone": _started_at_least_squares(minimum_zone, _zone),
-    "minimum_circumscribed": _started_at_least_squares(minimum_circumscribed, _radius),
-    "maximum_inscribed": _started_at_least_squares(
-        maximum_inscribed, lambda end, cloud: -_radius(end, cloud)
-    ),
+    "minimum_zone": _started_at_least_squares(minimum_zone),
+    "minimum_circumscribed": _started_at_least_squares(minimum_circumscribed),
+    "maximum_inscribed": _started_at_least_squares(maximum_inscribed),
 }
 """By the names of `fitting.names.Criterion`."""

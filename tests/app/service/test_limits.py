@@ -159,6 +159,23 @@ def test_five_million_points_are_the_default_limit(service: Any) -> None:
     _is_problem(service.post(body, "model/ply"), 413, "too-large")
 
 
+def test_a_cloud_over_the_limit_of_its_criterion_is_not_fitted(service: Any) -> None:
+    """More points than least squares is sure to be done with in a minute, but not more than may be read."""
+    limits = service.client.get("/capabilities").json()["limits"]
+    most = limits["points_by_criterion"]["least_squares"]
+    body = _npy(_cylinder(most + 1).astype(np.float32))
+    assert most < limits["max_points"] == limits["points_by_criterion"]["robust"]
+    response = service.post(body, "application/octet-stream", criterion="least_squares")
+    _is_problem(response, 413, "too-large")
+    (error,) = response.json()["errors"]
+    assert error["field"] == "criterion" and error["value"] == f"{most + 1} points"
+    assert f"{most + 1} points; the limit of the criterion least_squares is {most}" in error["message"]
+    files = {"file": ("large.npy", body), "options": (None, '{"criterion": "least_squares"}')}
+    (line, *_) = service.client.post("/fit/batch", files=files).text.splitlines()
+    assert json.loads(line)["problem"]["errors"] == [error]
+    _works(service)
+
+
 @needs_proc
 def test_a_worker_that_dies_is_a_problem_and_is_replaced(service: Any) -> None:
     before = workers(service.pid)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from primfit.fitting.answer.form import OUTERMOST, Form, Reference, form_of
+from primfit.fitting.answer.form import Form, Reference, form_of
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
@@ -11,6 +11,7 @@ from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
+from primfit.fitting.zones.exchange import FEW
 
 TURN = 2.0 * np.pi
 AXIS, HERE = [0.3, -0.5, 0.8], [10.0, 20.0, 30.0]
@@ -53,7 +54,7 @@ def test_lobes_are_as_wide_as_they_are(kind: str) -> None:
 @pytest.mark.parametrize("kind", ROUND)
 def test_many_points_on_one_side_pull_least_squares_only(kind: str) -> None:
     primitive, v, _ = ROUND[kind]
-    crowded = 2 * OUTERMOST
+    crowded = 10 * FEW
     least_squares, zone = references(form_of(primitive, lobed(primitive, v, crowded)))
     assert zone.form_error == pytest.approx(2.0 * HEIGHT, rel=1e-4)
     assert least_squares.form_error > 1.02 * zone.form_error

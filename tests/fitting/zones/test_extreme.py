@@ -156,7 +156,7 @@ def test_a_surface_that_starts_on_the_wrong_side_bends_over(kind: str) -> None:
             if kind == "sphere"
             else Cylinder([0.0, 1.0, 0.0], [0.0, 0.0, z], 30.0)
         )
-        end = minimum_zone(start, cloud)
+        end = minimum_zone([start], cloud)
         assert not isinstance(end, FailedFit), end.reason
         ends.append(largest(end, cloud.points))
     assert ends[0] == pytest.approx(ends[1], rel=1e-9)

@@ -7,8 +7,6 @@ from scipy.optimize import linprog
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.zones.program import linear_program
 
-NOTHING = np.empty(0, np.intp)
-
 
 def in_one(values: Array, slopes: Array, region: float) -> float:
     """By what the largest value is lowered, with every value in one program."""
@@ -28,19 +26,18 @@ def in_one(values: Array, slopes: Array, region: float) -> float:
 def test_few_values_at_a_time_come_to_the_optimum_of_all(k: int, region: float) -> None:
     rng = np.random.default_rng(k)
     values, slopes = rng.normal(size=2000), rng.normal(size=(2000, k))
-    found = linear_program(values, slopes, region, NOTHING)
+    found = linear_program(values, slopes, region)
     assert found is not None
     assert found.promised == pytest.approx(in_one(values, slopes, region), rel=1e-6, abs=1e-9)
     after = values + slopes @ found.step
     assert values.max() - after.max() == pytest.approx(found.promised, rel=1e-7, abs=1e-9)
     assert np.abs(found.step).max() <= region * (1.0 + 1e-9)
-    assert len(found.candidates) < 300
 
 
 def test_multipliers_balance_the_slopes_of_active_values() -> None:
     rng = np.random.default_rng(1)
     values, slopes = rng.uniform(size=500), rng.normal(size=(500, 4))
-    found = linear_program(values, slopes, 1e3, NOTHING)
+    found = linear_program(values, slopes, 1e3)
     assert found is not None and found.is_vertex
     assert found.weights.sum() == pytest.approx(1.0) and (found.weights > 0.0).all()
     np.testing.assert_allclose(found.weights @ slopes[found.active], 0.0, atol=1e-9)
@@ -53,7 +50,7 @@ def test_the_best_line_of_a_parabola_equioscillates() -> None:
     x = np.linspace(-1.0, 1.0, 201)
     values = np.concatenate([x**2, -(x**2)])
     slopes = np.concatenate([-np.column_stack([np.ones(201), x]), np.column_stack([np.ones(201), x])])
-    found = linear_program(values, slopes, 10.0, NOTHING)
+    found = linear_program(values, slopes, 10.0)
     assert found is not None
     np.testing.assert_allclose(found.step, [0.5, 0.0], atol=1e-9)
     assert found.promised == pytest.approx(0.5)
@@ -61,5 +58,5 @@ def test_the_best_line_of_a_parabola_equioscillates() -> None:
 
 
 def test_values_that_are_no_numbers_have_no_solution() -> None:
-    assert linear_program(np.array([1.0, np.nan]), np.ones((2, 1)), 1.0, NOTHING) is None
-    assert linear_program(np.array([1.0, np.inf]), np.ones((2, 1)), 1.0, NOTHING) is None
+    assert linear_program(np.array([1.0, np.nan]), np.ones((2, 1)), 1.0) is None
+    assert linear_program(np.array([1.0, np.inf]), np.ones((2, 1)), 1.0) is None
