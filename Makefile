@@ -3,6 +3,7 @@
 # make test-slow    the slow tests: brute-force optima and more, some minutes
 # make test-clock   tests that compare times; needs an idle machine
 # make test-schema  random requests to the service, checked against its OpenAPI document, some minutes
+# make test-fuzz    fuzz every reader, coverage-guided, two minutes each (FUZZ_SECONDS); Linux only
 # make image  build the container image                  make lint        ruff, mypy, import rules
 # make sbom   what the image is made of, as CycloneDX in build/sbom.json
 # make wheel  the wheel and the sdist, in dist/          make test-wheel  try the wheel without a compiler
@@ -25,6 +26,8 @@ VENV_PEERS  = .venv-peers
 PROCESSES ?= 2
 # Processes that share the tests, a module each at a time.
 TEST_PROCESSES ?= 2
+# How long `make test-fuzz` fuzzes each reader.
+FUZZ_SECONDS ?= 120
 # Pinned: this release has a CPU build for Python 3.11. pyproject.toml gives the range.
 TORCH  ?= torch==2.13.0
 
@@ -52,7 +55,7 @@ BUILT_WITH = $(PYTHON) -c "import tomllib; print(*tomllib.load(open('pyproject.t
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-clock test-schema test-torch lint weights training-figures example openapi constants bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
+.PHONY: run setup test test-slow test-clock test-schema test-fuzz test-torch lint weights training-figures example openapi constants bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -71,6 +74,9 @@ test-clock: $(VENV)/.dev
 
 test-schema: $(VENV)/.dev
 	$(VENV)/bin/python -m pytest -m schema --capture no
+
+test-fuzz: $(VENV)/.fuzz
+	$(VENV)/bin/python -m tests.fuzz --seconds $(FUZZ_SECONDS)
 
 test-torch: $(VENV_TORCH)/.torch
 	$(VENV_TORCH)/bin/python -m pytest -m torch
@@ -183,6 +189,10 @@ $(VENV)/.dev: $(BUILT) requirements/dev.txt | $(VENV)/.python
 	@$(VENV)/bin/python $(PIP_INSTALL) --require-hashes --requirement requirements/dev.txt
 	@$(VENV)/bin/python $(PIP_INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $(VENV)/.serving $@
+
+$(VENV)/.fuzz: $(VENV)/.dev
+	@$(VENV)/bin/python $(PIP_INSTALL) --no-build-isolation --editable '.[fuzz]'
+	@touch $@
 
 $(VENV)/.uv: | $(VENV)/.python
 	@$(VENV)/bin/python $(PIP_INSTALL) uv

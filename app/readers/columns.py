@@ -31,6 +31,10 @@ _LABELS = ("label", "labels", "segment", "segment_id", "segments", "instance", "
 _XYZ, _NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
 _NAME_OF = {alias: name for name, aliases in _ALIASES.items() for alias in aliases}
 _NAME_LENGTH, _LISTED = 40, 12
+MOST_COLUMNS = 4096
+"""Each column is looked at by itself, so that a few very wide rows would cost more than a million usual ones;
+the spectra that some scanners write beside each point have some hundred bands."""
+
 _A_NAME = re.compile(r"[^\W\d][\w .:/\[\]()-]{0,23}|\d{1,3}")
 
 
@@ -130,12 +134,19 @@ def meanings(names: Sequence[str]) -> list[str | None]:
     """What each of these names means, those of surveyors where no other name means the same."""
     found = [canonical(name) for name in names]
     surveyed = [_SURVEYED.get(_bare(name)) for name in names]
-    return [a or (b if b not in found else None) for a, b in zip(found, surveyed, strict=True)]
+    taken = set(found)
+    return [a or (b if b not in taken else None) for a, b in zip(found, surveyed, strict=True)]
 
 
 def _bare(name: str) -> str:
-    bare = re.sub(r"[\[(].*$", "", name.strip().strip("\"'").lstrip("/#").strip()).strip().lower()
-    return bare.replace(" ", "_")
+    bare = re.split(r"[\[(]", name.strip().strip("\"'").lstrip("/#").strip(), maxsplit=1)[0]
+    return bare.strip().lower().replace(" ", "_")
+
+
+def check_width(width: int, field: str = "file") -> None:
+    """Raise `UnreadableFileError` where a table has more columns than are looked at."""
+    if width > MOST_COLUMNS:
+        raise UnreadableFileError(field, f"rows hold {width} values; at most {MOST_COLUMNS} are read")
 
 
 def find_columns(names: Sequence[str], pick: Pick = FOUND) -> Columns:
@@ -143,6 +154,7 @@ def find_columns(names: Sequence[str], pick: Pick = FOUND) -> Columns:
 
     Raises `UnreadableFileError` where there is no such column, or several may be meant.
     """
+    check_width(len(names))
     if pick.columns is None:
         places = _places(names)
         indices = [places[name] for name in (_XYZ + _NORMAL if places.keys() >= set(_NORMAL) else _XYZ)]

@@ -20,7 +20,7 @@ import numpy as np
 
 from .cloud import Array, Cloud, as_labels, build_cloud
 from .columns import FOUND, Columns, Pick, find_label
-from .errors import UnreadableFileError
+from .errors import TooLargeError, UnreadableFileError
 from .limits import UNLIMITED, Limits
 from .missing import repeated_zeros
 from .rows import check_bytes
@@ -29,6 +29,8 @@ _HEADER = struct.Struct("<8x2L4Q")
 _PAGE, _CHECKSUM = 1024, 4
 _XML_LIMIT = 1024 * 1024
 _DEPTH_LIMIT = 64
+# libE57 compares each element with all that stand beside it.
+_CHILDREN_LIMIT = 1000
 _CHUNK = 50_000
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -100,18 +102,20 @@ def _xml(data: memoryview) -> bytes:
 
 
 def _check_xml(section: bytes) -> None:
-    """Raise where the XML is broken, defines entities, which may multiply, or is nested too deep."""
-    depth = 0
+    """Raise where the XML is broken, defines entities, which may multiply, or is nested too deep or wide."""
+    n_children = [0]  # of the document, and of each element that is open
 
     def enter(*_: object) -> None:
-        nonlocal depth
-        depth += 1
-        if depth > _DEPTH_LIMIT:
+        n_children[-1] += 1
+        n_children.append(0)
+        if len(n_children) > 1 + _DEPTH_LIMIT:
             raise UnreadableFileError("file", f"the XML section is nested over {_DEPTH_LIMIT} deep")
+        if n_children[-2] > _CHILDREN_LIMIT:
+            message = f"an element of the XML section holds over {_CHILDREN_LIMIT} others, the limit"
+            raise TooLargeError("file", message)
 
     def leave(_: object) -> None:
-        nonlocal depth
-        depth -= 1
+        n_children.pop()
 
     def refuse(*_: object) -> None:
         raise UnreadableFileError("file", "the XML section has a document type; E57 has none")
@@ -131,17 +135,20 @@ def _read(file: Any, n_bytes: int, limits: Limits, pick: Pick) -> Cloud:
     scans = [scan for scan in file.data3d if scan.isDefined("points")]
     if not scans:
         raise UnreadableFileError("file", "the E57 file holds no scan with points")
-    limits.check_points(sum(scan["points"].childCount() for scan in scans))
+    n_points = sum(scan["points"].childCount() for scan in scans)
+    limits.check_points(n_points)
     if pick.columns is not None:
         raise UnreadableFileError("columns", "the coordinates of an E57 file have names: nothing to choose")
     fields = [_fields(scan) for scan in scans]
     systems = [_system(names, number) for number, names in enumerate(fields, 1)]
+    # No two scans share their bytes.
+    check_bytes(sum(map(_least_size, scans, systems)), n_bytes, n_points)
     common = [name for name in fields[0] if all(name in names for names in fields)]
     label = find_label(common, pick.labels)
     beside = () if label is None else (common[label],)
     tables, invalid = [], 0
     for scan, system in zip(scans, systems, strict=True):
-        table, n_invalid = _scan(file, scan, n_bytes, system, beside)
+        table, n_invalid = _scan(file, scan, system, beside)
         tables.append(table)
         invalid += n_invalid
     table = np.concatenate(tables)
@@ -166,17 +173,22 @@ def _system(names: list[str], number: int) -> tuple[str, ...]:
     return found
 
 
-def _scan(
-    file: Any, scan: Any, n_bytes: int, system: tuple[str, ...], beside: tuple[str, ...]
-) -> tuple[Array, int]:
+def _least_size(scan: Any, system: tuple[str, ...]) -> int:
+    """The bytes that the coordinates of a scan take at least."""
+    from pye57.libe57 import StructureNode
+
+    prototype = StructureNode(scan["points"].prototype())
+    n_bits = sum(_bits(prototype[name]) for name in system)
+    return int(scan["points"].childCount()) * max(n_bits, 1) // 8
+
+
+def _scan(file: Any, scan: Any, system: tuple[str, ...], beside: tuple[str, ...]) -> tuple[Array, int]:
     """The valid points of a scan, moved by its pose, and what stands `beside` them; how many are invalid."""
     from pye57.libe57 import SourceDestBuffer, StructureNode, VectorSourceDestBuffer
 
     records = scan["points"]
     n_points = records.childCount()
     prototype = StructureNode(records.prototype())
-    n_bits = sum(_bits(prototype[name]) for name in system)
-    check_bytes(n_points * max(n_bits, 1) // 8, n_bytes, n_points)
     state = _SYSTEMS[system]
     fields = (*system, *beside, state) if prototype.isDefined(state) else (*system, *beside)
     buffer = np.empty((len(fields), max(min(n_points, _CHUNK), 1)))

@@ -51,7 +51,7 @@ _SHAPES = (
     (rb"(?:[ \t]*999[ \t]*\r?\n.*\n)*[ \t]*0[ \t]*\r?\n[ \t]*SECTION\s", _DRAWING.format("DXF")),
     (rb".{72}S[ 0]*1[ \t]*[\r\n]", "a CAD model (IGES), which holds no points of a scan"),
     (rb"MATLAB \d\.\d MAT-file", "a MATLAB file: write the matrix of the points as text (writematrix)"),
-    (rb"C?N?OFF\s+(?:#.*\s+)*\d+\s+\d+\s+\d+\s", f"a mesh (OFF): {_MESH}"),
+    (rb"C?N?OFF\s++(?:#.*+\s++)*+\d+\s+\d+\s+\d+\s", f"a mesh (OFF): {_MESH}"),
     (rb"(?i)\s*(?:<!doctype html|<html)", "a web page (HTML): is it the file itself that was fetched?"),
     (rb"\s*<\?xml", "an XML document: export the points as CSV or PLY"),
     (rb"(?s).{257}ustar", f"a TAR archive: {_UNPACK}"),

@@ -22,7 +22,10 @@ from .mesh import build_mesh
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 # The texts of scenes with hundreds of meshes are smaller; one of this size takes some 30 MB when parsed.
 _JSON_LIMIT = 1024 * 1024
-_MOST_PARTS = 10_000
+# Each takes a tenth of a millisecond, however few vertices it has.
+_MOST_PARTS = 4000
+# Vertices beyond those that fit into the bytes of the file: half a second of work for a sender who has none.
+_MOST_COPIES = 500_000
 _TYPES = {"5120": "<i1", "5121": "<u1", "5122": "<i2", "5123": "<u2", "5126": "<f4"}
 _NOT_READ = (
     "KHR_draco_mesh_compression",
@@ -38,12 +41,16 @@ def read_glb(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -
     asset = _Asset(document, buffer)
     vertices: list[Array] = []
     normals: list[Array | None] = []
-    n_vertices = 0
+    n_vertices = n_bytes = 0
     with np.errstate(all="ignore"):  # what overflows is no longer finite, and refused for that
         for place, attributes, matrix in asset.parts():
             n_vertices += asset.count(place, attributes)
             limits.check_points(n_vertices)
             given, normal = asset.vectors(place, attributes["POSITION"]), attributes.get("NORMAL")
+            n_bytes += asset.n_bytes(place, attributes)
+            if n_vertices * (1.0 - len(buffer) / n_bytes) > _MOST_COPIES:
+                message = f"the scene holds more than {_MOST_COPIES} copies of vertices, the limit"
+                raise TooLargeError(place, message, f"{n_vertices} vertices")
             moved = not np.array_equal(matrix, np.eye(4))
             vertices.append(given @ matrix[:3, :3].T + matrix[:3, 3] if moved else given)
             turned = None if normal is None else asset.vectors(place, normal) @ _cofactors(matrix[:3, :3]).T
@@ -62,8 +69,7 @@ def _joined(vertices: list[Array], normals: list[Array | None]) -> Array | None:
 
 def _cofactors(matrix: Array) -> Array:
     """What normals are transformed by, up to length and sign: the cofactors."""
-    a, b, c = matrix
-    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
+    return np.cross(matrix[[1, 2, 0]], matrix[[2, 0, 1]])
 
 
 def _chunks(data: memoryview) -> tuple[dict[str, Any], memoryview]:
@@ -157,6 +163,12 @@ class _Asset:
         if normal is not None and self._item("accessors", normal, place).get("count") != count:
             raise UnreadableFileError(place, "POSITION and NORMAL differ in their count")
         return count
+
+    def n_bytes(self, place: str, attributes: dict[str, Any]) -> int:
+        """What the positions of a primitive take in the file if nothing else uses these bytes."""
+        index = attributes["POSITION"]
+        accessor, dtype = self._accessor(place, index, f"accessors[{index}]")
+        return 3 * dtype.itemsize * int(accessor["count"])
 
     def vectors(self, place: str, index: int) -> Array:
         """The vectors (N, 3) of an accessor that lies inside the buffer of the file."""

@@ -26,7 +26,7 @@ def read_las(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -
     header = read_header(data)
     limits.check_points(header.n_points)
     if header.compressed and header.n_points:
-        limits.check_unpacked(header.n_points * header.point_size)
+        limits.check_unpacked(header.n_points * header.point_size, header.end - header.start)
         check_chunks(data, header)
     elif not header.compressed:
         header.check_points()

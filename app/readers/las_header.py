@@ -11,6 +11,8 @@ from .errors import UnreadableFileError
 from .rows import check_bytes
 
 _RECORDS_LIMIT = 16 * 1024 * 1024
+# Files hold a dozen; laspy makes an object of each.
+_MOST_RECORDS = 1000
 _PUBLIC = struct.Struct("<6xH16x2B68xHLLBHL20x3d3d48x")
 _WAVEFORMS = struct.Struct("<Q")
 _LARGE = struct.Struct("<QLQ")
@@ -92,6 +94,9 @@ def _records(data: memoryview, count: int) -> dict[tuple[bytes, int], memoryview
     if len(data) > _RECORDS_LIMIT:
         raise UnreadableFileError("header", "the variable length records of the LAS file are over 16 MiB")
     check_bytes(count * _RECORD.size, len(data), count)
+    if count > _MOST_RECORDS:
+        message = f"{count} variable length records in the LAS file; at most {_MOST_RECORDS} are read"
+        raise UnreadableFileError("header", message)
     records = {}
     place = 0
     for _ in range(count):

@@ -16,7 +16,9 @@ from .errors import InvalidPointsError, UnreadableFileError
 from .limits import UNLIMITED, Limits
 from .unnamed import check_first, number_columns
 
-HEADER_LIMIT = 64 * 1024
+HEADER_LIMIT = 10_000
+"""Bytes; NumPy reads no longer ones by default, since Python's parser takes milliseconds for them."""
+
 # Of the arrays whose rows are points, hardly one has more columns.
 _MOST_COLUMNS = 16
 SHORT = 256
@@ -101,7 +103,9 @@ def _parse_header(start: bytes) -> ArrayHeader:
         with warnings.catch_warnings(action="ignore"):  # headers written by Python 2
             shape, fortran, dtype = read(stream, max_header_size=HEADER_LIMIT)
     except Exception as error:  # Python's own parser reads the header: it fails in many ways
-        raise UnreadableFileError("file", "the NPY header cannot be read, or is over 64 KiB") from error
+        raise UnreadableFileError(
+            "file", f"the NPY header cannot be read, or is over {HEADER_LIMIT} bytes"
+        ) from error
     if any(isinstance(side, bool) or side < 0 for side in shape):
         raise UnreadableFileError("shape", "the NPY header announces a negative length")
     return ArrayHeader(shape, fortran, dtype, stream.tell())

@@ -23,6 +23,8 @@ from .npy import HEADER_LIMIT, ArrayHeader, as_text, read_array, read_header, re
 _END = struct.Struct("<4s4H2LH")
 _END_MARK, _ZIP64_MARK = b"PK\x05\x06", b"PK\x06\x07"
 _MEMBER_LIMIT = 100
+# So many arrays are looked into to find the points, if none is named so.
+_LOOKED_INTO = 16
 _DIRECTORY_LIMIT = 64 * 1024
 _DEFLATE_RATIO = 1032
 _ENCRYPTED = 0x1
@@ -79,7 +81,7 @@ def _check_member(info: ZipInfo, limits: Limits) -> None:
         raise UnreadableFileError("file", "the ZIP archive is encrypted")
     if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
         raise UnreadableFileError("file", "the ZIP archive is packed by another method than NumPy's")
-    limits.check_unpacked(info.file_size)
+    limits.check_unpacked(info.file_size, info.compress_size)
     stored = info.compress_type == ZIP_STORED
     if info.file_size > info.compress_size * (1 if stored else _DEFLATE_RATIO):
         raise UnreadableFileError("file", "a member of the ZIP archive announces more than it can hold")
@@ -115,6 +117,9 @@ def _name_of_points(archive: ZipFile, members: dict[str, ZipInfo]) -> str:
     found = [name for name in _POINTS if name in members]
     if not found:
         others = [name for name in members if name != "normals"]
+        if len(others) > _LOOKED_INTO:
+            message = f"an NPZ file of {len(members)} arrays, none of them named points or xyz; name one so"
+            raise UnreadableFileError("file", message)
         found = [name for name in others if _may_be_points(_head(archive, members[name])[1])]
     if len(found) == 1:
         return found[0]

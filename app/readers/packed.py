@@ -37,7 +37,7 @@ def unpack(data: memoryview, coding: str, limits: Limits, field: str = "file") -
     n_bytes = 0
     for piece in _pieces(data, coding, field):
         n_bytes += len(piece)
-        limits.check_unpacked(n_bytes, field)
+        limits.check_unpacked(n_bytes, len(data), field)
     unpacked = memoryview(bytearray(n_bytes))
     start = 0
     for piece in _pieces(data, coding, field):

@@ -98,7 +98,7 @@ def _read_compressed(data: memoryview, header: _Header, limits: Limits) -> list[
     if len(data) < _SIZES.size:
         raise UnreadableFileError("file", "the file ends before the sizes of the compressed data")
     packed, unpacked = _SIZES.unpack(data[: _SIZES.size])
-    limits.check_unpacked(unpacked)
+    limits.check_unpacked(unpacked, packed)
     if unpacked != header.n_points * header.point_size:
         message = f"{header.n_points} points of {header.point_size} bytes do not unpack to {unpacked} bytes"
         raise UnreadableFileError("file", message)

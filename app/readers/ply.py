@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .cloud import Cloud, build_from
 from .columns import FOUND, Pick, find_columns
-from .errors import UnreadableFileError
+from .errors import TooLargeError, UnreadableFileError
 from .limits import UNLIMITED, Limits
 from .rows import check_bytes, read_rows
 
@@ -28,8 +28,8 @@ _INTEGERS = {
 _TYPES = _INTEGERS | {
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8", "int64": "i8", "uint64": "u8",
 }  # fmt: skip
-# Rows with lists are stepped over one by one, several million a second.
-_LISTS_LIMIT = 20_000_000
+# Lists of different lengths are stepped over one by one, some three million a second.
+_LISTS_LIMIT = 1_000_000
 _END = re.compile(rb"[\r\n][ \t]*end_header(?=[ \t]*[\r\n])")
 
 
@@ -51,8 +51,9 @@ class _Element:
     properties: list[_Property]
 
     @property
-    def has_lists(self) -> bool:
-        return any(item.length_kind for item in self.properties)
+    def n_lists(self) -> int:
+        """How many lists each row holds."""
+        return sum(item.length_kind is not None for item in self.properties)
 
     @property
     def least_size(self) -> int:
@@ -79,7 +80,7 @@ def _read_ascii(
     data: memoryview, _: str, before: list[_Element], vertex: _Element, last: bool
 ) -> Callable[[int], np.ndarray]:
     skip = sum(element.count for element in before)
-    if not vertex.has_lists:
+    if not vertex.n_lists:
         table = read_rows(data, skip, vertex.count, len(vertex.properties), "vertex", last)
         return lambda i: table[:, i]
     lists = [item.length_kind is not None for item in vertex.properties]
@@ -112,33 +113,62 @@ class _Without:
 def _read_binary(
     data: memoryview, order: str, before: list[_Element], vertex: _Element, last: bool
 ) -> Callable[[int], np.ndarray]:
-    for element in before:
-        data = data[_starts(data, element, order)[-1] :]
-    starts = _starts(data, vertex, order)
+    data, starts = _starts(data, [*before, vertex], order)
     left = len(data) - int(starts[-1])
     if last and left >= vertex.least_size:
         raise UnreadableFileError("file", f"{left} bytes follow the {vertex.count} vertices announced")
-    if not vertex.has_lists:
+    if not vertex.n_lists:
         kinds = [(f"p{i}", order + item.kind) for i, item in enumerate(vertex.properties)]
         rows = np.ndarray(vertex.count, np.dtype(kinds), data)
         return lambda i: rows[f"p{i}"]
     return lambda i: _column(data, order, vertex.properties[: i + 1], starts[:-1])
 
 
-def _starts(data: memoryview, element: _Element, order: str) -> NDArray[np.int64]:
-    """Where each row of an element starts, if it has lists, and where the last one ends."""
-    needed = element.count * element.least_size
-    check_bytes(needed, len(data), element.count)
-    if not element.has_lists:
-        return np.array([needed])
-    if element.count > _LISTS_LIMIT:
-        limit = f"{_LISTS_LIMIT} are read at most"
-        raise UnreadableFileError("file", f"{element.count} rows of lists in or before the vertices; {limit}")
-    return _walk(data, element, order)
+def _starts(data: memoryview, elements: list[_Element], order: str) -> tuple[memoryview, NDArray[np.int64]]:
+    """The bytes from the last of these elements on, and where its rows start, if it has lists, and end."""
+    end = n_stepped = 0
+    for element in elements:
+        data = data[end:]
+        check_bytes(element.count * element.least_size, len(data), element.count)
+        size = _row_size(data, element, order)
+        if size is None:
+            n_stepped += element.count * element.n_lists
+            if n_stepped > _LISTS_LIMIT:
+                limit = f"at most {_LISTS_LIMIT} of different lengths are read"
+                raise TooLargeError("file", f"{n_stepped} lists in or before the vertices; {limit}")
+            starts = _walk(data, element, order)
+        else:
+            each = element is elements[-1] and element.n_lists > 0
+            starts = size * np.arange(0 if each else element.count, element.count + 1)
+        end = int(starts[-1])
+    return data, starts
+
+
+def _row_size(data: memoryview, element: _Element, order: str) -> int | None:
+    """The bytes of each row of an element, or None where its rows differ in the lengths of their lists."""
+    size, lengths = 0, []
+    for item in element.properties:
+        if item.length_kind is None or not element.count:
+            size += _size(item.length_kind or item.kind)
+            continue
+        kind = np.dtype(order + item.length_kind)
+        if size + kind.itemsize > len(data):
+            return None
+        length = int(np.ndarray((), kind, data, size))
+        if length < 0:
+            return None
+        lengths.append((length, kind, size))
+        size += kind.itemsize + length * _size(item.kind)
+    if size * element.count > len(data):
+        return None
+    for length, kind, place in lengths:
+        if (np.ndarray(element.count, kind, data, place, (size,)) != length).any():
+            return None
+    return size
 
 
 def _walk(data: memoryview, element: _Element, order: str) -> NDArray[np.int64]:
-    """`_starts` where each row is as long as its lists: nothing but a step from row to row finds them."""
+    """Where each row of an element starts, and where the last one ends: nothing but steps finds it."""
     steps, gap = [], 0
     for item in element.properties:
         if item.length_kind is None:

@@ -15,12 +15,14 @@ import numpy as np
 
 from .cloud import Array, Cloud, build_cloud
 from .columns import FOUND, XYZ, Pick, check_no_columns
-from .errors import InvalidPointsError, UnreadableFileError
+from .errors import InvalidPointsError, TooLargeError, UnreadableFileError
 from .limits import UNLIMITED, Limits
 from .lines import check_lines, decoded, is_number, plain_numbers
 from .rows import check_bytes
 
 _LOOKED_AT = 4 * 1024
+# A scan is one position of the scanner, which is moved by hand.
+_MOST_SCANS = 1000
 # How many numbers each line of a head holds.
 _WIDTHS = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 _COUNT = re.compile(r"\d{1,9}")
@@ -50,6 +52,8 @@ def read_ptx(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -
     warnings, announced, n_zero = [], 0, 0
     while (scan := _head(told, len(parts) + 1)) is not None:
         n_points, matrix = scan
+        if len(parts) == _MOST_SCANS:
+            raise TooLargeError("file", f"the PTX file has more than {_MOST_SCANS} scans, the limit")
         announced += n_points
         limits.check_points(announced)
         check_bytes(_ROW_BYTES * n_points - 1, len(text), n_points)

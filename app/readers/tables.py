@@ -8,7 +8,7 @@ from itertools import islice
 
 import numpy as np
 
-from .columns import Columns, Pick, find_columns
+from .columns import Columns, Pick, check_width, find_columns
 from .errors import InvalidPointsError, UnreadableFileError
 from .headers import MISSING, Lines, above_row, commented_names, header
 from .lines import cells_of, decoded, is_number
@@ -118,6 +118,8 @@ def _sample(head: str, whole: bool) -> Lines:
     if not sample:
         where = "file holds" if whole else "first MiB holds"
         raise InvalidPointsError("file", f"the {where} no points", no_cloud=True)
+    for number, line in sample:
+        check_width(1 + sum(1 for _ in _ANY_CUT.finditer(line)), f"line {number}")
     if re.match(r"(?i)(ncols|nrows)\s", sample[0][1]):
         raise UnreadableFileError("file", "an ESRI grid of heights is not a list of points; export it as XYZ")
     return sample

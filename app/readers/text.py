@@ -144,7 +144,7 @@ def _load(text: bytes, layout: Layout, labels: list[str], scans: list[_Scan]) ->
 
 def _has_point(cells: Sequence[str], layout: Layout) -> bool:
     """Whether a number that is read has a point, which beside decimal commas means thousands."""
-    return any("." in cells[i] for i in layout.read)
+    return any("." in cells[i] for i in layout.read if i < len(cells))
 
 
 def _filled(line: str, delimiter: str | None) -> str:

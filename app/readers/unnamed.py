@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .cloud import Array
-from .columns import AUTO_LABELS, XYZ, Columns, Pick, find_columns, find_label
+from .columns import AUTO_LABELS, XYZ, Columns, Pick, check_width, find_columns, find_label
 from .errors import UnreadableFileError
 
 # A first column of fewer numbers may count up, or rise, by accident.
@@ -30,6 +30,7 @@ def number_columns(
     if width < 3:
         message = f"rows hold {width} values; a point needs x, y and z"
         raise UnreadableFileError("file", message, no_cloud=True)
+    check_width(width)
     numbers = [str(number) for number in range(1, width + 1)]
     if pick.columns is not None:
         return find_columns(numbers, pick)

@@ -15,7 +15,7 @@ from ..wire.schemas import Capabilities, FitOptions, InputFormat, OptionRange, S
 from .settings import Settings
 
 _EXTRA = re.compile(r"""(?P<package>[\w.-]+).*extra *== *["'](?P<extra>[\w-]+)["']""")
-_FOR_DEVELOPERS = "dev"
+_FOR_DEVELOPERS = ("dev", "fuzz")
 
 
 def capabilities(settings: Settings, versions: Versions) -> Capabilities:
@@ -68,7 +68,7 @@ def _resolved(schema: dict[str, Any], definitions: dict[str, Any]) -> dict[str, 
 def _extras() -> dict[str, bool]:
     """Optional parts by their names in pyproject.toml; one is installed when all that it needs is."""
     names = metadata("primfit").get_all("Provides-Extra") or []
-    installed = {name: True for name in names if name != _FOR_DEVELOPERS}
+    installed = {name: True for name in names if name not in _FOR_DEVELOPERS}
     for requirement in requires("primfit") or []:
         found = _EXTRA.match(requirement)
         if found and found["extra"] in installed and not _is_installed(found["package"]):

@@ -19,7 +19,7 @@ from pydantic_settings import (
 
 from primfit.fitting.names import Criterion
 
-from ..readers.limits import Limits
+from ..readers.limits import RATIO, Limits
 from .budgets import points_by_criterion
 from .keys import Keys
 
@@ -249,7 +249,11 @@ class Settings(BaseSettings):
     def limits(self) -> Limits:
         """How much may be read, and fitted."""
         return Limits(
-            self.max_points, self.max_json_points, self.max_body_bytes, dict(self.points_by_criterion)
+            self.max_points,
+            self.max_json_points,
+            self.max_body_bytes,
+            RATIO,
+            dict(self.points_by_criterion),
         )
 
     @property

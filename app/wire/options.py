@@ -18,6 +18,8 @@ COMMAS = ("columns",)
 
 OBJECTS = ("constraints", "initial_guess", "nominal")
 _TEXT_LIMIT = 64 * 1024
+_MOST_VALUES = 10_000
+"""In an object of options, at any depth: each unknown one would be looked at and told of."""
 
 
 def check_options(
@@ -33,9 +35,13 @@ def check_options(
 
     Raises
     ------
+    UnreadableFileError
+        An object holds far too much.
     InvalidOptionsError
         Options are unknown, of the wrong type, out of range, or given twice.
     """
+    for given in in_objects:
+        _check_size(given)
     query, errors = _from_query(in_query)
     errors += _given_twice(query, *in_objects)
     checked: dict[str, Any] = {}
@@ -49,6 +55,23 @@ def check_options(
     if errors:
         raise InvalidOptionsError(errors)
     return checked
+
+
+def _check_size(options: Mapping[str, Any]) -> None:
+    """Raise `UnreadableFileError` where an object holds more values than options can have."""
+    n_values, inner = 0, [iter(options.values())]
+    while inner:
+        for value in inner[-1]:
+            n_values += 1
+            if n_values > _MOST_VALUES:
+                raise UnreadableFileError(
+                    "options", f"options hold more than {_MOST_VALUES} values, the limit"
+                )
+            if isinstance(value, dict | list):
+                inner.append(iter(value.values() if isinstance(value, dict) else value))
+                break
+        else:
+            inner.pop()
 
 
 def _from_query(pairs: Sequence[tuple[str, str]]) -> tuple[dict[str, Any], list[FieldError]]:

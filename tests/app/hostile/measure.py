@@ -16,19 +16,18 @@ from typing import Any
 
 from primfit.app.readers import (
     InvalidPointsError,
-    Limits,
     TooLargeError,
     UnreadableFileError,
     read,
     without_missing,
 )
+from primfit.app.service.settings import Settings
 from tests.paths import ROOT
 
-LIMITS = Limits(points=5_000_000, json_points=200_000, unpacked_bytes=64 * 2**20)
+LIMITS = Settings().limits
 MEMORY = 64 * 2**20
-_WORK = 20
-"""Seconds of the processor: over twenty times what the slowest input takes, and a fraction of what anything
-quadratic would. A busy machine does not use them up."""
+_WORK = 5
+"""Seconds of the processor. One is meant; on a busy machine the same work takes several times as long."""
 _CLASSES = {kind.__name__: kind for kind in (UnreadableFileError, InvalidPointsError, TooLargeError)}
 
 

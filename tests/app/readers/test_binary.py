@@ -388,7 +388,7 @@ def test_lists_of_a_ply_are_read_in_either_order_of_bytes() -> None:
 
 def test_rows_of_lists_are_stepped_over_up_to_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ply_reader, "_LISTS_LIMIT", 1)
-    with pytest.raises(UnreadableFileError, match="2 rows of lists"):
+    with pytest.raises(UnreadableFileError, match="2 lists in or before the vertices; at most 1 of"):
         read(LISTS % b"binary_little_endian" + b"\1\2xx\2\3\4\0\5\6")
 
 
