@@ -14,21 +14,21 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from ..readers import CODINGS
 from ..wire import problems
-from ..wire.problems import NotReadyError, UnsupportedCodingError, UnsupportedMediaTypeError
+from ..wire.problems import NotReadyError
 from ..wire.schemas import Capabilities, FitAnswer, Live, Ready, Versions
 from ..workers import PRELOAD, jobs
 from ..workers.batch_jobs import OpenJob
 from ..workers.pool import WorkerPool
 from ..workers.request_id import RequestId
-from . import docs_page, metrics, openapi, operations
+from . import docs_page, job_routes, metrics, openapi, operations
 from .batch_stream import Batch, Lines, scratch_file
 from .body import received
 from .browsers import share_with
 from .capabilities import capabilities
 from .guard import Guard
-from .media_types import MEDIA_TYPES, what_to_send
+from .jobs_kept import jobs_kept
+from .media_types import coding_of, media_type_of
 from .observe import Observer
 from .settings import Settings, load
 
@@ -61,9 +61,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.metrics = metrics.Metrics()
     app.state.stopping = False
     app.include_router(requests)
+    app.include_router(job_routes.router)
     app.include_router(router)
-    for route in router.routes:
-        if isinstance(route, APIRoute):
+    for route in (*router.routes, *job_routes.router.routes):
+        if isinstance(route, APIRoute) and "GET" in (route.methods or ()):
             app.head(route.path, include_in_schema=False)(route.endpoint)
     # The last one added sees a request first.
     app.add_middleware(Shortcut)
@@ -118,7 +119,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     app.state.metrics.watch(app.state.pool)
     app.state.pool.start()
     try:
-        yield
+        async with jobs_kept(app):
+            yield
     finally:
         app.state.pool.stop()
 
@@ -142,7 +144,7 @@ async def fit_export(request: Request) -> Response:
 
 
 async def _fitted(request: Request, export: bool) -> Response:
-    media_type, coding = _media_type(request), _coding(request)
+    media_type, coding = media_type_of(request), coding_of(request)
     started = perf_counter()
     async with received(request, request.app.state.settings) as body:
         seconds = {"receive": perf_counter() - started}
@@ -166,8 +168,13 @@ async def _fitted(request: Request, export: bool) -> Response:
     **operations.FIT_BATCH,
 )
 async def fit_batch(request: Request) -> Response:
-    """Fit many clouds, and the segments of clouds whose points have labels; the answers come line by line."""
-    media_type, coding = _media_type(request), _coding(request)
+    """Fit many clouds, and the segments of clouds whose points have labels; the answers come line by line.
+
+    With `Prefer: respond-async` it becomes a job where the service keeps some, as by `POST /jobs`.
+    """
+    if job_routes.wants_job(request):
+        return await job_routes.submit(request)
+    media_type, coding = media_type_of(request), coding_of(request)
     settings, pool = request.app.state.settings, request.app.state.pool
     async with AsyncExitStack() as resources:
         body = await resources.enter_async_context(received(request, settings))
@@ -256,25 +263,6 @@ async def docs() -> HTMLResponse:
 
 def _versions(request: Request) -> Versions:
     return Versions(**{"weights": None, **_INSTALLED, **(request.app.state.pool.greeting or {})})
-
-
-def _media_type(request: Request) -> str:
-    media_type = (
-        request.headers.get("content-type", "application/octet-stream").partition(";")[0].strip().lower()
-    )
-    if media_type not in MEDIA_TYPES:
-        raise UnsupportedMediaTypeError(what_to_send(media_type))
-    return media_type
-
-
-def _coding(request: Request) -> str | None:
-    """How the body is packed: `gzip` (by its old name, too) or `zstd`, None if it is not."""
-    names = ",".join(request.headers.getlist("content-encoding")).lower().split(",")
-    names = [name.strip().replace("x-gzip", "gzip") for name in names]
-    codings = [name for name in names if name not in ("", "identity")]
-    if len(codings) > 1 or not set(codings) <= set(CODINGS):
-        raise UnsupportedCodingError(f"send the body as it is, or in one of {', '.join(CODINGS)}, once")
-    return codings[0] if codings else None
 
 
 def _job(

@@ -9,13 +9,19 @@ _SENT = (
     "Authorization",
     "Content-Encoding",
     "Content-Type",
+    "Idempotency-Key",
     "If-None-Match",
+    "Last-Event-ID",
+    "Prefer",
     "X-API-Key",
     "X-Request-Id",
 )
 _SEEN = (
     "Content-Disposition",
     "ETag",
+    "Link",
+    "Location",
+    "Preference-Applied",
     "RateLimit",
     "RateLimit-Policy",
     "Retry-After",
@@ -33,7 +39,7 @@ def share_with(app: FastAPI, origins: Collection[str]) -> None:
         app.add_middleware(
             CORSMiddleware,
             allow_origins=list(origins),
-            allow_methods=["GET", "HEAD", "POST"],
+            allow_methods=["DELETE", "GET", "HEAD", "POST"],
             allow_headers=_SENT,
             expose_headers=_SEEN,
         )

@@ -88,6 +88,30 @@ class UnauthorizedError(ServiceError):
     """No API key came with the request, or one that is not known."""
 
 
+class InsufficientStorageError(ServiceError):
+    """There is no room on the disk for what has to be kept."""
+
+
+class NoSuchJobError(ServiceError):
+    """No job of this id belongs to the client."""
+
+
+class JobsOffError(ServiceError):
+    """The service keeps no jobs."""
+
+
+class TooManyJobsError(ServiceError):
+    """The client has as many jobs, or bytes in them, as it may."""
+
+
+class IdempotencyKeyReusedError(ServiceError):
+    """Another job came with the same Idempotency-Key before."""
+
+
+class JobsUnavailableError(ServiceError):
+    """The database of the jobs does not answer."""
+
+
 class HeaderError(ServiceError):
     """A refusal whose headers depend on the request."""
 
@@ -157,6 +181,14 @@ KINDS: dict[type[Exception], Kind] = {
     RateLimitedError: Kind(429, "rate-limited", "Too many requests of this client"),
     AlreadyAnsweredError: Kind(412, "already-answered", "You have this answer already"),
     WorkerDiedError: Kind(503, "worker-died", "The worker process ended; it is being replaced", _RETRY),
+    InsufficientStorageError: Kind(507, "no-space", "There is no room on the disk", _RETRY),
+    NoSuchJobError: Kind(404, "no-such-job", "No such job"),
+    JobsOffError: Kind(404, "jobs-off", "This service keeps no jobs"),
+    TooManyJobsError: Kind(429, "too-many-jobs", "Too many jobs of this client", {"Retry-After": "60"}),
+    IdempotencyKeyReusedError: Kind(
+        422, "idempotency-key-reused", "Another job came with this Idempotency-Key"
+    ),
+    JobsUnavailableError: Kind(503, "jobs-unavailable", "The database of the jobs does not answer", _RETRY),
     TimeLimitError: Kind(504, "time-limit", "Reading and fitting took too long"),
 }
 INTERNAL = Kind(500, "internal-error", "The service failed; the request may be valid")

@@ -11,8 +11,9 @@ from tests.paths import EXAMPLES
 
 @pytest.fixture(scope="session")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    """A service with the default limits."""
-    with running(tmp_path_factory.mktemp("bodies"), workers=2) as started:
+    """A service with the default limits, which keeps jobs."""
+    jobs = tmp_path_factory.mktemp("jobs")
+    with running(tmp_path_factory.mktemp("bodies"), workers=2, jobs_path=jobs) as started:
         yield started
 
 

@@ -1,0 +1,140 @@
+"""The lines of a job, made as those of a batch, and what a job is at its beginning."""
+
+import asyncio
+import uuid
+from collections.abc import AsyncGenerator, Awaitable, Callable, Iterator, Sequence
+from contextlib import AsyncExitStack, aclosing
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import orjson
+from starlette.requests import ClientDisconnect
+
+from ..engine.items import Told
+from ..jobs.files import JobFiles, Line
+from ..jobs.record import Job, NewJob
+from ..jobs.runner import JobRefusedError
+from ..wire.problems import InsufficientStorageError, WorkerDiedError
+from ..workers.batch_jobs import Opened, OpenJob, Stretch
+from ..workers.jobs import Reply
+from ..workers.pool import WorkerPool
+from .batch_stream import Batch, scratch_file
+from .metrics import Metrics
+from .settings import Settings
+
+_TRIES = 3
+"""Workers that may end over an item before this is the answer for it."""
+_PIECE = 1 << 20
+
+
+class JobWork:
+    """Does jobs by the pool of workers of this service; in it they take turns with its requests."""
+
+    def __init__(self, pool: WorkerPool, settings: Settings, metrics: Metrics) -> None:
+        self._pool, self._settings, self._metrics = pool, settings, metrics
+
+    async def __call__(self, job: Job, files: JobFiles, told: Sequence[Told]) -> AsyncGenerator[Line, None]:
+        """Its lines behind those that are told; `JobRefusedError` where its body is not opened any more."""
+        settings = self._settings
+        async with AsyncExitStack() as resources:
+            run = _steady(resources.enter_context(self._pool.batch()))
+            coding = job.request["coding"]
+            unpacked = Path(resources.enter_context(scratch_file(settings)).name) if coding else None
+            opened = await run(open_job(job.request, files.body, unpacked, settings))
+            if isinstance(opened, Reply):
+                raise JobRefusedError(opened.content)
+            if opened is None:
+                raise ClientDisconnect
+            batch = Batch(
+                job.request["request_id"],
+                unpacked or files.body,
+                job.request["media_type"],
+                opened,
+                settings,
+                run,
+                resources,
+                self._metrics,
+                {},
+                told,
+            )
+            async with aclosing(batch.told_lines()) as lines:
+                async for line in lines:
+                    yield line
+
+
+def open_job(asked: Any, body: bytes | Path, unpacked: Path | None, settings: Settings) -> OpenJob:
+    """What a worker does first with a body; `asked` is the `request` of a job."""
+    return OpenJob(
+        asked["request_id"],
+        body,
+        asked["media_type"],
+        asked["content_type"],
+        asked["coding"],
+        unpacked,
+        [(name, value) for name, value in asked["query"]],
+        settings.limits,
+        settings.max_batch_items,
+    )
+
+
+def new_job(
+    owner: str, key: str | None, asked: dict[str, Any], body: bytes | Path, held: bytes | Path, opened: Opened
+) -> NewJob:
+    """A job of a body that was opened; `held` is what it held, where it was packed."""
+    size = len(body) if isinstance(body, bytes) else body.stat().st_size
+    fingerprint = _fingerprint(asked["media_type"], held, opened)
+    return NewJob(str(uuid.uuid4()), owner, key, fingerprint, asked, len(opened.files), size)
+
+
+def _fingerprint(media_type: str, held: bytes | Path, opened: Opened) -> str:
+    """The same for the same files, options and labels: however they were packed and the parts divided."""
+    digest = sha256()
+    options = [media_type, opened.labels, opened.options.query, opened.options.beside]
+    digest.update(orjson.dumps(options, option=orjson.OPT_SORT_KEYS))
+    for part in opened.files:
+        digest.update(orjson.dumps([part.filename, part.stop - part.start]))
+        for piece in _pieces(held, part.start, part.stop):
+            digest.update(piece)
+    return digest.hexdigest()
+
+
+def _pieces(held: bytes | Path, start: int, stop: int) -> Iterator[bytes]:
+    for at in range(start, stop, _PIECE):
+        end = min(at + _PIECE, stop)
+        yield held[at:end] if isinstance(held, bytes) else Stretch(held, at, end).read()
+
+
+def _steady(run: Callable[[Any, Any], Awaitable[Any]]) -> Callable[[Any], Awaitable[Any]]:
+    """`run` of the pool, again where it was hindered by what is not the job's fault.
+
+    A worker that ended, killed from outside or for its memory, is no answer until it has happened some times;
+    a full disk never is.
+    """
+
+    async def again(job: Any) -> Any:
+        n_deaths = 0
+        while True:
+            try:
+                result = await run(job, _never)
+            except WorkerDiedError:
+                n_deaths += 1
+                if n_deaths == _TRIES:
+                    raise
+                continue
+            except InsufficientStorageError:
+                result = None
+            else:
+                if not _has_no_room(result):
+                    return result
+            await asyncio.sleep(1.0)
+
+    return again
+
+
+def _has_no_room(result: Any) -> bool:
+    return isinstance(result, Reply) and result.status == 507
+
+
+async def _never() -> bool:
+    return False
