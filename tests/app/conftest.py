@@ -30,7 +30,8 @@ def strict_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service
 def guarded_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
     """A service that asks for a key, has one worker, and logs in JSON."""
     keys = f"alice:{ALICE},{NAMELESS}"
-    with running(tmp_path_factory.mktemp("bodies"), workers=1, api_keys=keys, log_format="json") as started:
+    settings = {"api_keys": keys, "log_format": "json", "jobs_path": tmp_path_factory.mktemp("jobs")}
+    with running(tmp_path_factory.mktemp("bodies"), workers=1, **settings) as started:
         yield started
 
 
