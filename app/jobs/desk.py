@@ -1,8 +1,10 @@
 """The records and the folder of the jobs, as an event loop asks for them."""
 
 import asyncio
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
@@ -13,6 +15,8 @@ from .store import Store
 
 P = ParamSpec("P")
 T = TypeVar("T")
+_ON_ITS_WAY = 600.0
+"""Seconds that it takes, at most, from the first byte on the disk to the record."""
 _THREADS = 4
 """Of its own: a database that does not answer holds up nobody who has no job."""
 
@@ -93,3 +97,21 @@ class Desk:
         for job_id in expired:
             self.remove(job_id)
         return len(expired)
+
+    def clear_strays(self) -> int:
+        """Remove files that no record names, and say of how many jobs: a service died while it took them in.
+
+        Only where somebody asks for it: another database than that of the folder would name none.
+        """
+        # In this order: a job that comes meanwhile has its files first.
+        there = self.folder.ids()
+        strays = [job_id for job_id in there - self.store.ids() if self._is_old(job_id)]
+        for job_id in strays:
+            self.folder.remove(job_id)
+        return len(strays)
+
+    def _is_old(self, job_id: str) -> bool:
+        """Whether it can no longer be on its way in."""
+        with suppress(FileNotFoundError):
+            return time.time() - self.folder.of(job_id).folder.stat().st_mtime > _ON_ITS_WAY
+        return False
