@@ -136,7 +136,9 @@ class Folder:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._jobs = path / "jobs"
-        self._jobs.mkdir(mode=0o700, parents=True, exist_ok=True)
+        # For nobody else: where there are no keys, whoever knows the id of a job may have it.
+        self.path.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._jobs.mkdir(mode=0o700, exist_ok=True)
 
     def of(self, job_id: str) -> JobFiles:
         return JobFiles(self._jobs / job_id)

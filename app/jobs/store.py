@@ -25,8 +25,8 @@ from .clock import SteadyClock
 from .record import ACCEPTED, DISMISSED, ENDED, FAILED, RUNNING, Job, NewJob, Part, Progress
 from .watch import Beat
 
-MOST_CRASHES = 3
-"""How often services may end over one line of a job: one that breaks them is not begun for ever."""
+MOST_CRASHES = 5
+"""How often services may end over one line of a job, or be taken for dead: it is not begun for ever."""
 _BUSY_SECONDS = 3
 """How long a statement waits: a client is told sooner than it gives up, and a beat is not missed for it."""
 _FULL = ("SQLITE_FULL", "53100")

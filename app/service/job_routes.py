@@ -172,6 +172,8 @@ async def job_events(request: Request) -> Response:
         return Response(status_code=204)
     if not (last.isdecimal() and len(last) < 19):
         raise InvalidOptionsError([FieldError("Last-Event-ID", "not the id of an event", describe(last))])
+    if request.method == "HEAD":  # its end would be that of the job
+        return Response(media_type=EventStream.media_type)
     state = request.app.state
 
     async def shown(job: Job) -> dict[str, Any]:

@@ -117,6 +117,7 @@ def test_events_tell_each_line_once_and_how_it_ended(service: Service, done: str
     assert told[-1]["id"] == "end" and '"status":"successful"' in told[-1]["data"]
     rest = [event["data"] for event in events(service, path, "3") if event["event"] == "result"]
     assert rest == lines[3:]
+    assert service.client.head(f"{path}/events").headers["content-type"].startswith("text/event-stream")
     nothing = service.client.get(f"{path}/events", headers={"Last-Event-ID": "end"})
     assert nothing.status_code == 204
     is_problem(service.client.get(f"{path}/events", headers={"Last-Event-ID": "x"}), 422, "invalid-options")
