@@ -48,7 +48,10 @@ class JobRefusedError(Exception):
 
 
 class Runner:
-    """Works on at most so many jobs at once, until it is stopped or `stopping` says so."""
+    """Begins at most so many jobs at once, until it is stopped or `stopping` says so.
+
+    Those of services that ended come beside them: who has waited for a turn does not wait for another one.
+    """
 
     def __init__(self, desk: Desk, work: Work, at_once: int, stopping: Callable[[], bool]) -> None:
         self._desk, self._work, self._at_once = desk, work, at_once
@@ -99,10 +102,9 @@ class Runner:
             pass
 
     async def _begin(self) -> bool:
-        """Begin a job if there is one and room for it."""
-        if len(self._attempts) >= self._at_once:
-            return False
-        job = await self._orphaned() or await self._desk.call(self._desk.store.claim)
+        """Begin a job if there is one and room for it; one that was begun elsewhere needs none."""
+        full = len(self._attempts) >= self._at_once
+        job = await self._orphaned() or await self._desk.call(self._desk.store.claim, full)
         if job is None:
             return False
         attempt = Attempt(self._desk, job, self._work, self._ends)

@@ -173,8 +173,11 @@ class Store:
             waiting = sa.select(sa.func.count()).where(_jobs.c.status == ACCEPTED, _jobs.c.seq <= job.seq)
             return int(connection.execute(waiting).scalar_one())
 
-    def claim(self) -> Job | None:
-        """Begin the next job that waits: of the owner with the fewest under way, the one that came first."""
+    def claim(self, begun: bool = False) -> Job | None:
+        """Begin the next job that waits: of the owner with the fewest under way, the one that came first.
+
+        `begun` asks only for those that were begun before, and let go.
+        """
         others = _jobs.alias()
         under_way = (
             sa.select(sa.func.count())
@@ -183,7 +186,7 @@ class Store:
         )
         next_one = (
             sa.select(_jobs.c.id, _jobs.c.attempt)
-            .where(_jobs.c.status == ACCEPTED)
+            .where(_jobs.c.status == ACCEPTED, _jobs.c.attempt > 0 if begun else sa.true())
             .order_by(under_way, _jobs.c.seq)
             .limit(1)
             .with_for_update(skip_locked=True, of=_jobs)

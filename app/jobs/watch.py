@@ -4,8 +4,8 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-PATIENCE = 5.0
-"""Seconds without a sign of life after which a service counts as dead: ten of its beats."""
+PATIENCE = 4.0
+"""Seconds without a sign of life after which a service counts as dead: eight of its beats."""
 _LOOK = 1.0
 """A longer time between two looks counts as this: whoever could not look cannot say who was silent."""
 

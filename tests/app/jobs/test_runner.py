@@ -152,6 +152,32 @@ def test_a_service_that_stops_leaves_its_job_to_another_at_once(tmp_path: Path) 
     asyncio.run(check())
 
 
+def test_a_job_that_was_begun_elsewhere_waits_for_no_room(tmp_path: Path) -> None:
+    async def endless(job: Job, files: JobFiles, told: Sequence[Told]) -> AsyncGenerator[Line, None]:
+        yield Told(1, len(told), MANY, "fitted", 0), _content(0)
+        await asyncio.sleep(MANY)
+
+    async def check() -> None:
+        with desks(tmp_path, 2) as (desk, other):
+            mine = [await desk.submit(new(), b"body") for _ in range(2)]
+            first = _runner(desk, endless)
+            for kept in mine:
+                await _some_lines(desk, kept.id)
+            theirs = [await other.submit(new(), b"body") for _ in range(3)]
+            second = _runner(other, endless)
+            for kept in theirs[:2]:
+                await _some_lines(other, kept.id)
+            await first.stop()
+            for kept in mine:
+                async with asyncio.timeout(LIMIT):
+                    while (await other.find(kept.id, "alice")).progress.lines < 2:
+                        await asyncio.sleep(0.02)
+            assert (await other.find(theirs[2].id, "alice")).status == "accepted"
+            await second.stop()
+
+    asyncio.run(check())
+
+
 def test_two_services_that_both_believe_the_job_is_theirs_tell_each_line_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

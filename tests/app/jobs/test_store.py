@@ -133,7 +133,9 @@ def test_a_job_that_is_let_go_waits_again_with_what_is_told(open_store: Any) -> 
     store = open_store()
     store.add(new(), 9, MANY)
     assert store.release(_claimed(store), SOME)
-    again = _claimed(store)
+    store.add(new("bob"), 9, MANY)
+    again = store.claim(begun=True)
+    assert again is not None and store.claim(begun=True) is None
     assert (again.attempt, again.progress) == (2, SOME)
 
 

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -202,6 +204,13 @@ def test_a_service_without_jobs_says_so(strict_service: Service) -> None:
     is_problem(strict_service.client.post("/jobs", content=SEGMENTS, headers=CSV), 404, "jobs-off")
     headers = CSV | {"Prefer": "respond-async"}
     assert strict_service.client.post("/fit/batch", content=SEGMENTS, headers=headers).status_code == 200
+
+
+def test_a_service_without_jobs_imports_nothing_for_them() -> None:
+    names = "{'sqlalchemy', 'psycopg', 'sqlite3'}"
+    script = f"import sys, primfit.app.service.server; print(sorted({names} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
 
 
 @pytest.fixture
