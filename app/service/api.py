@@ -1,5 +1,6 @@
 """The service: routes that translate, an error table, and a pool of workers that read and fit."""
 
+import os
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
@@ -22,15 +23,17 @@ from ..workers.batch_jobs import OpenJob
 from ..workers.pool import WorkerPool
 from ..workers.request_id import RequestId
 from . import docs_page, job_routes, metrics, openapi, operations
-from .batch_stream import Batch, Lines, scratch_file
-from .body import received
+from .batch_stream import Batch, Lines
+from .body import announced, is_large, received, size
 from .browsers import share_with
 from .capabilities import capabilities
-from .guard import Guard
+from .guard import Access, Guard
 from .jobs_kept import jobs_kept
 from .media_types import coding_of, media_type_of
 from .observe import Observer
+from .prefer import wait
 from .settings import Settings, load
+from .spool import Spool
 
 _INSTALLED = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}
 requests, router = APIRouter(), APIRouter()
@@ -68,7 +71,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             app.head(route.path, include_in_schema=False)(route.endpoint)
     # The last one added sees a request first.
     app.add_middleware(Shortcut)
-    app.add_middleware(Guard, keys=settings.keys(), rate_limit=settings.rate_limit)
+    app.state.access = Access(settings.keys(), settings.rate_limit)
+    app.add_middleware(Guard, access=app.state.access)
     share_with(app, settings.cors_origins)
     app.add_middleware(Observer, metrics=app.state.metrics)
     app.add_middleware(RequestId)
@@ -108,13 +112,15 @@ class Shortcut:
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     settings: Settings = app.state.settings
+    app.state.spool = Spool(settings.temporary_directory, settings.max_spooled_bytes, os.getpid())
     app.state.pool = WorkerPool(
         settings.workers,
-        partial(jobs.warm, settings.log_format),
+        partial(jobs.warm, settings.log_format, settings.worker_memory),
         jobs.run,
         time_limit=settings.fit_time_limit,
         queue_size=settings.queue_size,
         preload=PRELOAD,
+        litter=app.state.spool.pattern,
     )
     app.state.metrics.watch(app.state.pool)
     app.state.pool.start()
@@ -145,11 +151,16 @@ async def fit_export(request: Request) -> Response:
 
 async def _fitted(request: Request, export: bool) -> Response:
     media_type, coding = media_type_of(request), coding_of(request)
+    state, patience = request.app.state, wait(request.headers)
     started = perf_counter()
-    async with received(request, request.app.state.settings) as body:
+    state.pool.check_room(is_large(announced(request)), patience)
+    async with received(request, state.settings.max_body_bytes, state.spool) as body:
         seconds = {"receive": perf_counter() - started}
-        reply = await request.app.state.pool.run(
-            _job(request, media_type, coding, body, export), request.is_disconnected
+        reply = await state.pool.run(
+            _job(request, media_type, coding, body, export),
+            request.is_disconnected,
+            large=is_large(size(body)),
+            patience=patience,
         )
     if reply is None:
         raise ClientDisconnect
@@ -157,6 +168,8 @@ async def _fitted(request: Request, export: bool) -> Response:
     seconds |= reply.seconds | {"total": perf_counter() - started}
     timing = ", ".join(f"{name};dur={1000 * value:.2f}" for name, value in seconds.items())
     headers = {**reply.headers, "Server-Timing": timing}
+    if patience is not None:
+        headers["Preference-Applied"] = f"wait={min(patience, state.settings.fit_time_limit):g}"
     return Response(reply.content, reply.status, headers, reply.media_type)
 
 
@@ -175,13 +188,14 @@ async def fit_batch(request: Request) -> Response:
     if job_routes.wants_job(request):
         return await job_routes.submit(request)
     media_type, coding = media_type_of(request), coding_of(request)
-    settings, pool = request.app.state.settings, request.app.state.pool
+    settings, pool, spool = request.app.state.settings, request.app.state.pool, request.app.state.spool
+    pool.check_batch()
     async with AsyncExitStack() as resources:
-        body = await resources.enter_async_context(received(request, settings))
+        body = await resources.enter_async_context(received(request, settings.max_body_bytes, spool))
         run = resources.enter_context(pool.batch())
-        unpacked = Path(resources.enter_context(scratch_file(settings)).name) if coding else None
+        unpacked = Path(resources.enter_context(spool.file()).name) if coding else None
         job = _open_job(request, media_type, coding, body, unpacked)
-        opened = await pool.run(job, request.is_disconnected)
+        opened = await pool.run(job, request.is_disconnected, large=is_large(size(body)))
         if opened is None:
             raise ClientDisconnect
         if isinstance(opened, jobs.Reply):
@@ -191,7 +205,16 @@ async def fit_batch(request: Request) -> Response:
     run = partial(run, abandoned=request.is_disconnected)
     metrics, facts = request.app.state.metrics, request.state.facts
     batch = Batch(
-        request.state.request_id, unpacked or body, media_type, opened, settings, run, kept, metrics, facts
+        request.state.request_id,
+        unpacked or body,
+        media_type,
+        opened,
+        settings,
+        spool,
+        run,
+        kept,
+        metrics,
+        facts,
     )
     return Lines(batch.lines(), kept, settings.send_timeout)
 

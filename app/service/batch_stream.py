@@ -8,7 +8,6 @@ from contextlib import AsyncExitStack, aclosing
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 from typing import Any, Protocol
 
 import orjson
@@ -19,16 +18,19 @@ from starlette.types import Message, Receive, Scope, Send
 from ..engine.items import Item, Told
 from ..engine.names import Ids, base_name
 from ..wire.multipart import Part
-from ..wire.problems import ServiceError, problem
+from ..wire.problems import InsufficientStorageError, ServiceError, problem
 from ..workers.batch_jobs import CutFile, FileJob, Found, Opened, SegmentJob, Stretch, too_many_segments
 from ..workers.jobs import Reply
+from .body import is_large
 from .media_types import NDJSON
 from .metrics import Metrics
 from .ordered import in_order
 from .settings import Settings
+from .spool import Spool
 
 _AHEAD = 8
 """Items, for each worker, that may be done before their turn to be sent has come."""
+_BYTES_A_POINT = 3 * 8
 _log = logging.getLogger("primfit")
 
 
@@ -42,11 +44,6 @@ class Scratch(Protocol):
     name: str
 
     def close(self) -> None: ...
-
-
-def scratch_file(settings: Settings) -> Any:
-    """An empty temporary file, which is removed when it is closed."""
-    return NamedTemporaryFile(prefix="primfit-", dir=settings.temporary_directory)
 
 
 Result = tuple[Item, Told, Found | Reply, Scratch | None]
@@ -65,7 +62,8 @@ class Batch:
     media_type: str
     opened: Opened
     settings: Settings
-    run: Callable[[Any], Awaitable[Any]]
+    spool: Spool
+    run: Callable[..., Awaitable[Any]]
     resources: AsyncExitStack
     metrics: Metrics
     facts: dict[str, Any]
@@ -108,7 +106,8 @@ class Batch:
                 if not isinstance(read, CutFile):
                     if n_begun:
                         raise NotAgainError(f"file {number} was cut once, and not again")
-                    scratch.close()
+                    if scratch is not None:
+                        scratch.close()
                     yield partial(_at_hand, (whole, Told(number, 0, 1, "", None), read, None))
                     continue
                 n_items = len(read.labels)
@@ -138,13 +137,16 @@ class Batch:
 
     async def _reads(
         self, first: int
-    ) -> AsyncGenerator[Callable[[], Awaitable[tuple[Part, Scratch, Any]]], None]:
+    ) -> AsyncGenerator[Callable[[], Awaitable[tuple[Part, Scratch | None, Any]]], None]:
         for part in self.opened.files[first:]:
             yield partial(self._read, part)
 
-    async def _read(self, part: Part) -> tuple[Part, Scratch, CutFile | Found | Reply]:
+    async def _read(self, part: Part) -> tuple[Part, Scratch | None, CutFile | Found | Reply]:
         settings = self.settings
-        scratch = self.resources.enter_context(scratch_file(settings))
+        try:
+            scratch = self.resources.enter_context(self.spool.file())
+        except InsufficientStorageError as error:
+            return part, None, self._problem(error)
         content: bytes | Stretch
         if isinstance(self.body, bytes):
             content = self.body[part.start : part.stop]
@@ -161,15 +163,16 @@ class Batch:
             Path(scratch.name),
             settings.max_batch_items,
         )
-        return part, scratch, await self._result(job)
+        return part, scratch, await self._result(job, part.stop - part.start)
 
     async def _fit(self, item: Item, place: Told, job: SegmentJob, done_with: Scratch | None) -> Result:
-        return item, place, await self._result(job), done_with
+        n_bytes = (job.stop - job.start) * _BYTES_A_POINT
+        return item, place, await self._result(job, n_bytes), done_with
 
-    async def _result(self, job: FileJob | SegmentJob) -> Any:
+    async def _result(self, job: FileJob | SegmentJob, n_bytes: int) -> Any:
         """What a job results in; a lost worker or the time limit is a problem of this job alone."""
         try:
-            result = await self.run(job)
+            result = await self.run(job, heavy=is_large(n_bytes))
         except ServiceError as error:
             return self._problem(error)
         if result is None:

@@ -16,9 +16,8 @@ UNLIMITED = ("/livez", "/readyz", "/metrics")
 class Guard:
     """Lets a request through if its client has a key, where there are keys, and has not asked too often."""
 
-    def __init__(self, app: ASGIApp, keys: Keys, rate_limit: str | None) -> None:
-        self.app, self._keys = app, keys
-        self._limit = None if rate_limit is None else RateLimit(rate_limit)
+    def __init__(self, app: ASGIApp, access: "Access") -> None:
+        self.app, self._access = app, access
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -26,7 +25,7 @@ class Guard:
             return
         request = Request(scope)
         try:
-            told = self._check(request)
+            told = self._access.check(request)
         except (RateLimitedError, UnauthorizedError) as error:
             await respond(request, error)(scope, receive, send)
             return
@@ -38,7 +37,22 @@ class Guard:
 
         await self.app(scope, receive, send_with_limits if told else send)
 
-    def _check(self, request: Request) -> dict[str, str]:
+
+class Access:
+    """Whose keys are known, and how often one client may ask; both may change while the service runs."""
+
+    def __init__(self, keys: Keys, rate_limit: str | None) -> None:
+        self._rate: str | None = None
+        self._limit: RateLimit | None = None
+        self.renew(keys, rate_limit)
+
+    def renew(self, keys: Keys, rate_limit: str | None) -> None:
+        """Go by these from now on; what was counted stays where the rate does."""
+        self._keys = keys
+        if rate_limit != self._rate:
+            self._rate, self._limit = rate_limit, None if rate_limit is None else RateLimit(rate_limit)
+
+    def check(self, request: Request) -> dict[str, str]:
         """Headers that tell the client how often it may ask; raises the reason to refuse it."""
         # What the router goes by: `request.url` is put together with the header Host.
         path, key = request.scope["path"], _key(request.headers)

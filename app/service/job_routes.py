@@ -16,8 +16,8 @@ from ..wire.job_schemas import JobList, JobStatus
 from ..wire.problems import InvalidOptionsError, JobsOffError
 from ..workers.jobs import Reply
 from . import operations
-from .batch_stream import Lines, scratch_file
-from .body import received
+from .batch_stream import Lines
+from .body import announced, is_large, received, size
 from .media_types import NDJSON, coding_of, media_type_of
 from .parameters import DEFAULT_PAGE, LARGEST_OFFSET, LARGEST_PAGE
 from .settings import Settings
@@ -68,12 +68,13 @@ async def submit(request: Request) -> Response:
     }
     from .job_work import new_job, open_job
 
-    async with received(request, settings) as body, AsyncExitStack() as resources:
-        unpacked = None
-        if asked["coding"]:
-            unpacked = Path(resources.enter_context(scratch_file(settings)).name)
+    pool, spool = request.app.state.pool, request.app.state.spool
+    pool.check_room(is_large(announced(request)))
+    async with AsyncExitStack() as resources:
+        body = await resources.enter_async_context(received(request, settings.max_body_bytes, spool))
+        unpacked = Path(resources.enter_context(spool.file()).name) if asked["coding"] else None
         opening = open_job(asked, body, unpacked, settings)
-        opened = await request.app.state.pool.run(opening, request.is_disconnected)
+        opened = await pool.run(opening, request.is_disconnected, large=is_large(size(body)))
         if opened is None:
             raise ClientDisconnect
         if isinstance(opened, Reply):

@@ -103,7 +103,12 @@ class _Pool(Collector):
         pool = self._pool
         yield GaugeMetricFamily("primfit_workers_warm", "Workers that are warm.", pool.n_warm)
         yield GaugeMetricFamily("primfit_workers_busy", "Workers that read or fit now.", pool.n_busy)
-        yield GaugeMetricFamily("primfit_queue_length", "Requests that wait for a worker.", pool.n_waiting)
+        queue = GaugeMetricFamily(
+            "primfit_queue_length", "Requests, and items of batches, that wait for a worker.", labels=["lane"]
+        )
+        for lane, n_waiting in pool.n_waiting.items():
+            queue.add_metric([lane], n_waiting)
+        yield queue
         yield CounterMetricFamily(
             "primfit_worker_restarts", "Workers started in place of one that ended.", pool.n_restarts
         )

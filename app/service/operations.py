@@ -18,6 +18,7 @@ from .parameters import (
     OFFSET,
     PREFER,
     REF,
+    RESPOND_ASYNC,
     options_in_query,
 )
 
@@ -85,7 +86,10 @@ _FILES = {
 }
 _OPTIONS = {"kinds": ["cylinder", "cone"]}
 _EVENT = "event: status\nid: end\ndata: {...}\n\n"
-_SERVER_TIMING = {"Server-Timing": {"$ref": "#/components/headers/ServerTiming"}}
+_TOLD = {
+    "Server-Timing": {"$ref": "#/components/headers/ServerTiming"},
+    "Preference-Applied": {"$ref": "#/components/headers/PreferenceApplied"},
+}
 _FILE_NAME = {
     "description": "a name for the file, after that of the uploaded one",
     "schema": {"type": "string"},
@@ -122,16 +126,16 @@ FIT: dict[str, Any] = {
     "response_description": "What was found",
     "responses": {
         "200": {
-            "headers": {"ETag": _ETAG, **_SERVER_TIMING},
+            "headers": {"ETag": _ETAG, **_TOLD},
         },
-        **{status: refused(status, "example") for status in ("412", "408", "413", "500", "504")},
+        **{status: refused(status, "example") for status in ("412", "408", "413", "500", "504", "507")},
         "415": refused("415"),
         "422": refused("422", "points", "file", "options"),
         "503": refused("503", "not_ready", "busy", "worker_died", "stopping"),
     },
     "openapi_extra": {
         "requestBody": _body("FitUpload", {"file": text("few.csv"), "options": _OPTIONS}),
-        "parameters": [*options_in_query(), IF_NONE_MATCH],
+        "parameters": [*options_in_query(), IF_NONE_MATCH, PREFER],
     },
 }
 # Only `fit` has tags to compare.
@@ -142,14 +146,14 @@ FIT_EXPORT: dict[str, Any] = {
     "responses": {
         **_REFUSALS,
         "200": {
-            "headers": {"Content-Disposition": _FILE_NAME, **_SERVER_TIMING},
+            "headers": {"Content-Disposition": _FILE_NAME, **_TOLD},
             "content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}},
         },
         "422": refused("422", "points", "file", "options", "artifacts"),
     },
     "openapi_extra": {
         "requestBody": FIT["openapi_extra"]["requestBody"],
-        "parameters": [*ARTIFACT_OPTIONS, *options_in_query()],
+        "parameters": [*ARTIFACT_OPTIONS, *options_in_query(), PREFER],
     },
 }
 JOBS: dict[str, Any] = example("jobs.json")
@@ -181,7 +185,7 @@ FIT_BATCH: dict[str, Any] = {
     },
     "openapi_extra": {
         "requestBody": _BATCH_BODY,
-        "parameters": [PREFER, IDEMPOTENCY_KEY, LABELS, *options_in_query()],
+        "parameters": [RESPOND_ASYNC, IDEMPOTENCY_KEY, LABELS, *options_in_query()],
     },
 }
 _OF_ONE_JOB = {

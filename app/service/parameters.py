@@ -29,6 +29,11 @@ HEADERS: dict[str, Any] = {
         "schema": _REQUEST_ID,
     },
     "RetryAfter": {"description": "seconds to wait before the next try", "schema": {"type": "integer"}},
+    "PreferenceApplied": {
+        "description": "the `wait` that was kept to, where one was asked for",
+        "schema": {"type": "string"},
+        "example": "wait=5",
+    },
     "ServerTiming": {"description": "milliseconds of each step", "schema": {"type": "string"}},
 }
 
@@ -86,6 +91,14 @@ IF_NONE_MATCH: dict[str, Any] = {
     "description": "ETag of an answer that you have: 412 instead of a fit where it would be the same",
     "schema": {"type": "string"},
 }
+PREFER: dict[str, Any] = {
+    "name": "Prefer",
+    "in": "header",
+    "required": False,
+    "description": "`wait=5`: refuse or stop what is not answered within 5 seconds of the body; at most the "
+    "`fit_time_limit` of the service, which holds by default",
+    "schema": {"type": "string"},
+}
 LABELS: dict[str, Any] = {
     "name": "labels",
     "in": "query",
@@ -100,7 +113,7 @@ IDEMPOTENCY_KEY: dict[str, Any] = {
     "description": "a key of your own for a job: to ask again with it brings the same job, not another one",
     "schema": {"type": "string", "maxLength": 255},
 }
-PREFER: dict[str, Any] = {
+RESPOND_ASYNC: dict[str, Any] = {
     "name": "Prefer",
     "in": "header",
     "required": False,

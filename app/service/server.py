@@ -8,6 +8,7 @@ import signal
 import socket
 import sys
 import threading
+from collections.abc import Mapping
 from typing import Any
 
 import uvicorn
@@ -15,7 +16,7 @@ import uvicorn
 from ..workers import logs
 from . import demo as first_look
 from .api import create_app
-from .settings import Settings, load
+from .settings import RENEWABLE, Settings, SettingsError, load
 
 _log = logging.getLogger("primfit")
 
@@ -27,7 +28,8 @@ class ListenError(OSError):
 def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -> None:
     """Serve until a signal stops it; what is None comes from the environment or a file (`Settings`)."""
     given: dict[str, Any] = {"host": host, "port": port, "workers": workers}
-    settings = load(**{name: value for name, value in given.items() if value is not None})
+    flags = {name: value for name, value in given.items() if value is not None}
+    settings = load(**flags)
     with listen(settings.host, settings.port) as listener:
         logs.configure(settings.log_format)
         address, taken_port = listener.getsockname()[:2]
@@ -40,8 +42,11 @@ def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -
             threading.Thread(target=first_look.show, args=(_url(listener),), daemon=True).start()
         # The server catches both signals, and sends them again when it has stopped.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+        server = _Server(settings)
+        if hasattr(signal, "SIGHUP"):
+            signal.signal(signal.SIGHUP, lambda *_: server.renew(flags))
         try:
-            _Server(settings).run(sockets=[listener])
+            server.run(sockets=[listener])
         except KeyboardInterrupt:
             pass
 
@@ -60,6 +65,24 @@ class _Server(uvicorn.Server):
             timeout_graceful_shutdown=settings.stop_patience,
         )
         super().__init__(config)
+
+    def renew(self, flags: Mapping[str, Any]) -> None:
+        """Read the settings again, and go by those from now on that can change while the service runs."""
+        state = self._app.state
+        try:
+            read = load(**flags)
+            keys = read.keys()
+        except (SettingsError, OSError, ValueError) as error:
+            _log.error("SIGHUP: nothing is changed: %s", error)
+            return
+        old = state.settings
+        changed = [name for name in Settings.model_fields if getattr(read, name) != getattr(old, name)]
+        later = [name for name in changed if name not in RENEWABLE]
+        state.access.renew(keys, read.rate_limit)
+        state.settings = old.model_copy(update={name: getattr(read, name) for name in RENEWABLE})
+        _log.info("SIGHUP: settings and keys are read again")
+        if later:
+            _log.warning("SIGHUP: %s will change when the service is started anew", ", ".join(later))
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Take requests for a moment longer, then close the listener and let those under way finish."""

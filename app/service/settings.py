@@ -100,7 +100,11 @@ class Settings(BaseSettings):
     max_points: int = Field(default=5_000_000, ge=1, description="most points of one cloud")
     max_json_points: int = Field(default=200_000, ge=1, description="most points of one cloud in JSON")
     fit_time_limit: float = Field(
-        default=60.0, gt=0, le=DAY, description="seconds that reading and fitting may take"
+        default=60.0,
+        gt=0,
+        le=DAY,
+        description="seconds that a request may wait and be worked on once its body is there; "
+        "for an item of a batch from when it is begun",
     )
     receive_timeout: float = Field(
         default=30.0, gt=0, le=DAY, description="seconds to wait for the next piece of a body"
@@ -113,6 +117,17 @@ class Settings(BaseSettings):
     )
     max_batch_items: int = Field(default=10_000, ge=1, description="most files and segments of one batch")
     queue_size: int = Field(default=64, ge=0, description="requests that may wait for a free worker")
+    worker_memory: int = Field(
+        default=1024 * MIB,
+        ge=64 * MIB,
+        description="bytes that reading and fitting one cloud may take in a worker (Linux)",
+    )
+    max_spooled_bytes: int | None = Field(
+        default=None,
+        ge=0,
+        description="bytes of bodies that may be in the temporary directory at one time",
+        json_schema_extra={"x-default": "half of what is free there at the start"},
+    )
     temporary_directory: DirectoryPath | None = Field(
         default=None,
         description="where bodies over 128 KiB, and the points of a batch, are kept meanwhile",
@@ -198,6 +213,18 @@ class Settings(BaseSettings):
     def keys(self) -> Keys:
         """The API keys of both places; `ValueError` or `OSError` where they cannot be used."""
         return Keys.read([key.get_secret_value() for key in self.api_keys], self.api_keys_file)
+
+
+RENEWABLE = (
+    "api_keys",
+    "api_keys_file",
+    "rate_limit",
+    "max_body_bytes",
+    "max_points",
+    "max_json_points",
+    "max_batch_items",
+)
+"""Settings that SIGHUP has read again; the others hold until the service is started anew."""
 
 
 def load(**flags: Any) -> Settings:

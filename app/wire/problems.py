@@ -4,6 +4,7 @@ Nothing of the input is repeated but the names of fields, which are cut, and opt
 which are numbers.
 """
 
+import errno
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -64,10 +65,6 @@ class BodyTooLargeError(TooLargeError):
     """The body is over the limit; the rest of it is not read, so the connection ends."""
 
 
-class BusyError(ServiceError):
-    """Too many requests wait for a worker already."""
-
-
 class WorkerDiedError(ServiceError):
     """The process that worked on the request ended."""
 
@@ -86,10 +83,6 @@ class StoppingError(ServiceError):
 
 class UnauthorizedError(ServiceError):
     """No API key came with the request, or one that is not known."""
-
-
-class InsufficientStorageError(ServiceError):
-    """There is no room on the disk for what has to be kept."""
 
 
 class NoSuchJobError(ServiceError):
@@ -113,11 +106,19 @@ class JobsUnavailableError(ServiceError):
 
 
 class HeaderError(ServiceError):
-    """A refusal whose headers depend on the request."""
+    """A refusal whose headers depend on the request or the moment."""
 
-    def __init__(self, message: str, headers: Mapping[str, str]) -> None:
+    def __init__(self, message: str, headers: Mapping[str, str] | None = None) -> None:
         super().__init__(message)
-        self.headers = dict(headers)
+        self.headers = dict(headers or {})
+
+
+class BusyError(HeaderError):
+    """Too many requests wait for a worker already, or one has waited too long."""
+
+
+class InsufficientStorageError(HeaderError):
+    """There is no room to keep a body, or points of a batch."""
 
 
 class RateLimitedError(HeaderError):
@@ -152,6 +153,8 @@ class Kind:
 
 
 _RETRY = {"Retry-After": "1"}
+# Room comes back when other requests end; a disk that is full may stay so.
+_RETRY_LATER = {"Retry-After": "10"}
 _CLOSE = {"Connection": "close"}
 KINDS: dict[type[Exception], Kind] = {
     InvalidPointsError: Kind(422, "invalid-points", "The points are not a cloud that can be fitted"),
@@ -173,6 +176,7 @@ KINDS: dict[type[Exception], Kind] = {
     ),
     BodyTimeoutError: Kind(408, "body-timeout", "The body did not arrive", _CLOSE),
     BusyError: Kind(503, "busy", "Too many requests are waiting", _RETRY),
+    InsufficientStorageError: Kind(507, "no-space", "There is no room to keep the input", _RETRY_LATER),
     NotReadyError: Kind(503, "not-ready", "The service is not ready", _RETRY),
     StoppingError: Kind(503, "stopping", "The service stopped", _RETRY | _CLOSE),
     UnauthorizedError: Kind(
@@ -181,7 +185,6 @@ KINDS: dict[type[Exception], Kind] = {
     RateLimitedError: Kind(429, "rate-limited", "Too many requests of this client"),
     AlreadyAnsweredError: Kind(412, "already-answered", "You have this answer already"),
     WorkerDiedError: Kind(503, "worker-died", "The worker process ended; it is being replaced", _RETRY),
-    InsufficientStorageError: Kind(507, "no-space", "There is no room on the disk", _RETRY),
     NoSuchJobError: Kind(404, "no-such-job", "No such job"),
     JobsOffError: Kind(404, "jobs-off", "This service keeps no jobs"),
     TooManyJobsError: Kind(429, "too-many-jobs", "Too many jobs of this client", {"Retry-After": "60"}),
@@ -210,6 +213,7 @@ class Problem:
 
 def problem(error: Exception, instance: str) -> Problem:
     """The problem document of an exception; `instance` identifies the request."""
+    error = full_disk(error) or error
     kind = _kind(error)
     detail, errors = _describe(error)
     document: dict[str, Any] = {
@@ -260,6 +264,13 @@ def _path(prefix: str, steps: Sequence[int | str]) -> str:
         steps = [*steps[:1], *steps[2:]]  # the second is its kind, by which pydantic chose the model
     path = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)
     return (prefix + path).removeprefix(".")
+
+
+def full_disk(error: Exception) -> InsufficientStorageError | None:
+    """What the system says of a full disk, in our terms; None for anything else."""
+    if not isinstance(error, OSError) or error.errno not in (errno.ENOSPC, errno.EDQUOT):
+        return None
+    return InsufficientStorageError("the disk for temporary files is full; try again later")
 
 
 def _kind(error: Exception) -> Kind:

@@ -23,9 +23,10 @@ from ..wire.disposition import attachment
 from ..wire.etag import etag, names
 from ..wire.multipart import split_parts
 from ..wire.options import check_options, parse_options
-from ..wire.problems import MEDIA_TYPE, AlreadyAnsweredError, problem
-from . import logs
+from ..wire.problems import INTERNAL, MEDIA_TYPE, AlreadyAnsweredError, problem
+from . import logs, memory
 from .request_id import REQUEST_ID
+from .worker import WornOutError
 
 ZIP = "application/zip"
 _log = logging.getLogger("primfit")
@@ -71,11 +72,15 @@ class Reply:
     facts: dict[str, Any] = field(default_factory=dict)
 
 
-def warm(log_format: str) -> dict[str, str | None]:
-    """Load the weights and fit once, so that no request waits for an import; returns the versions."""
+def warm(log_format: str, worker_memory: int) -> dict[str, str | None]:
+    """Load the weights and fit once, so that no request waits for an import; returns the versions.
+
+    From then on jobs may take `worker_memory` bytes.
+    """
     logs.configure(log_format)
     grid = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 3)) * [1.0, 1.0, 0.0]
     fit(grid)
+    memory.allow(worker_memory)
     return versions("network")
 
 
@@ -90,12 +95,19 @@ def run(job: Job) -> Any:
     except FileNotFoundError:
         _log.info("request %s was given up, and its files are gone", job.request_id)
         return None
+    except MemoryError:
+        # What was half made may be held somewhere still.
+        raise WornOutError(_refused(memory.too_large(), job)) from None
     except Exception as error:
-        refused = problem(error, f"/requests/{job.request_id}")
-        if refused.status >= 500:
-            _log.exception("the request failed")
-        facts = {"problem": refused.slug}
-        return Reply(refused.status, refused.content, MEDIA_TYPE, refused.headers, facts=facts)
+        return _refused(error, job)
+
+
+def _refused(error: Exception, job: Job) -> Reply:
+    refused = problem(error, f"/requests/{job.request_id}")
+    if refused.status == INTERNAL.status:
+        _log.exception("the request failed")
+    facts = {"problem": refused.slug}
+    return Reply(refused.status, refused.content, MEDIA_TYPE, refused.headers, facts=facts)
 
 
 def _fit(job: FitJob) -> Reply:

@@ -2,44 +2,33 @@
 
 import asyncio
 import logging
-import os
-import pickle
+import math
 import socket
-from collections.abc import Awaitable, Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
-from typing import Any
+from pathlib import Path
+from typing import Any, Protocol
 
 from ..engine.team import process_context, starting
 from ..wire.problems import BusyError, TimeLimitError, WorkerDiedError
-from .pipe import TAKEN, Pipe, packed, read
+from .line import LOOK, Abandoned, Line, Turn
+from .pipe import Pipe
+from .worker import Work, serve
+
+SMALL, LARGE, BATCHES = "small", "large", "batches"
+"""The lanes: requests with small and with large clouds, and the items of all batches."""
 
 _START_LIMIT = 120.0
 _START_PAUSE = 2.0
+_GRACE = 0.5
+"""Seconds in which a job that nobody waits for any more may end by itself, which costs no new process."""
 _log = logging.getLogger("primfit")
 
-Work = Callable[[Any], Any]
-Abandoned = Callable[[], Awaitable[bool]]
-Run = Callable[[Any, Abandoned], Awaitable[Any]]
 
+class Run(Protocol):
+    """Have a job done; None where it was abandoned."""
 
-def _serve(pipe: socket.socket, warm: Callable[[], Any], work: Work) -> None:
-    """The life of a worker process: warm up, say so, then confirm and do jobs until the pipe closes."""
-    import signal
-
-    # A signal to the whole group is for the service, which lets us finish and then ends us.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    if hasattr(os, "nice"):
-        os.nice(5)
-    try:
-        greeting = (True, warm())
-    except Exception as error:
-        greeting = (False, f"{type(error).__name__}: {error}")
-    pipe.sendall(TAKEN + packed(greeting))
-    while content := read(pipe):
-        job = pickle.loads(content)
-        pipe.sendall(TAKEN)
-        pipe.sendall(packed(work(job)))
+    async def __call__(self, job: Any, abandoned: Abandoned, *, heavy: bool = False) -> Any: ...
 
 
 class _NotTakenError(WorkerDiedError):
@@ -49,8 +38,8 @@ class _NotTakenError(WorkerDiedError):
 class _Worker:
     """One process and our end of its pipe."""
 
-    def __init__(self, context: Any, warm: Callable[[], Any], work: Work) -> None:
-        self._context, self._warm, self._work = context, warm, work
+    def __init__(self, context: Any, warm: Callable[[], Any], work: Work, litter: Path | None) -> None:
+        self._context, self._life = context, (warm, work, litter)
         self._process: Any = None
         self._socket: socket.socket | None = None
         self._pipe: Pipe | None = None
@@ -74,7 +63,10 @@ class _Worker:
         await asyncio.to_thread(self._start_process)
         loop = asyncio.get_running_loop()
         _, self._pipe = await loop.create_connection(Pipe, sock=self._socket)
-        warm, greeting = await self._receive(self._pipe, _START_LIMIT)
+        try:
+            warm, greeting = await self._receive(self._pipe, loop.time() + _START_LIMIT)
+        except TimeoutError:
+            warm, greeting = False, f"not warm after {_START_LIMIT:g} s"
         if not warm:
             self.kill()
             raise WorkerDiedError(f"a worker did not start: {greeting}")
@@ -84,7 +76,7 @@ class _Worker:
     def _start_process(self) -> None:
         self._socket, theirs = socket.socketpair()
         process = self._context.Process(
-            target=_serve, args=(theirs, self._warm, self._work), daemon=True, name="primfit-worker"
+            target=serve, args=(theirs, *self._life), daemon=True, name="primfit-worker"
         )
         with theirs, starting():
             process.start()
@@ -92,31 +84,29 @@ class _Worker:
         if self._stopped:
             self.kill()
 
-    async def call(self, job: Any, time_limit: float) -> Any:
-        """Have a job done; if that fails, the process is gone afterwards."""
+    async def call(self, job: Any, end: float) -> Any:
+        """Have a job done until `end`, in the time of the event loop; if that fails, the process is gone."""
         try:
-            return await self._done(job, time_limit)
+            return await self._done(job, end)
         except _NotTakenError:
             # It ended while it was idle: the job is not to blame, and goes to a new process.
-            return await self._done(job, time_limit)
+            return await self._done(job, end)
 
-    async def _done(self, job: Any, time_limit: float) -> Any:
+    async def _done(self, job: Any, end: float) -> Any:
         if not self.reachable:
             await self.start()
         assert self._pipe is not None
         self._pipe.send(job)
-        return await self._receive(self._pipe, time_limit)
+        return await self._receive(self._pipe, end)
 
-    async def _receive(self, pipe: Pipe, time_limit: float) -> Any:
+    async def _receive(self, pipe: Pipe, end: float) -> Any:
         """The message of the process."""
         try:
-            async with asyncio.timeout(time_limit):
+            async with asyncio.timeout_at(end):
                 return await pipe.message()
-        except TimeoutError:
+        except (TimeoutError, asyncio.CancelledError):
             self.kill()
-            raise TimeLimitError(
-                f"not done after {time_limit:g} s, the limit of this service; the work was stopped"
-            ) from None
+            raise
         except ConnectionError as error:
             self.kill()
             if pipe.taken:
@@ -124,10 +114,9 @@ class _Worker:
             raise _NotTakenError("the worker process had ended") from error
 
     def kill(self) -> None:
-        """End the process, where there is one, and close the pipe."""
+        """End the process, where there is one, and then close the pipe: it tells by this which of us died."""
         if self.alive:
             self._process.kill()
-            self._process.join()
         if self._pipe is not None:
             self._pipe.abort()
         elif self._socket is not None:
@@ -137,11 +126,14 @@ class _Worker:
     def stop(self) -> None:
         """End the process, also one that is still being started."""
         self._stopped = True
+        process = self._process
         self.kill()
+        if process is not None:
+            process.join()
 
 
 class WorkerPool:
-    """A fixed number of warm workers; `run` hands a job to the next free one."""
+    """A fixed number of warm workers, and the line of jobs in front of them."""
 
     def __init__(
         self,
@@ -152,15 +144,17 @@ class WorkerPool:
         time_limit: float = 60.0,
         queue_size: int = 64,
         preload: list[str] | None = None,
+        litter: Path | None = None,
     ) -> None:
         context = process_context(preload or [])
-        self._workers = [_Worker(context, warm, work) for _ in range(size)]
-        self._free: asyncio.Queue[_Worker] = asyncio.Queue()
+        self._workers = [_Worker(context, warm, work, litter) for _ in range(size)]
+        self._line: Line[_Worker] = Line((SMALL, LARGE, BATCHES), size)
         self._warm: set[_Worker] = set()
         self._tasks: set[asyncio.Task[Any]] = set()
+        self._stopped = False
         self._time_limit, self._queue_size = time_limit, queue_size
-        self.n_waiting, self.n_busy, self._n_queued = 0, 0, 0
-        self._turns, self._n_batches = asyncio.Semaphore(size), 0
+        self.n_busy = 0
+        self._turns, self._n_batches, self._n_items = asyncio.Semaphore(size), 0, 0
 
     @property
     def size(self) -> int:
@@ -171,6 +165,11 @@ class WorkerPool:
     def n_warm(self) -> int:
         """Workers that have warmed up; one that ended while idle counts, since its next job restarts it."""
         return len(self._warm)
+
+    @property
+    def n_waiting(self) -> dict[str, int]:
+        """How many jobs wait for a worker, by their lane."""
+        return {name: self._line.n_waiting(name) for name in (SMALL, LARGE)} | {BATCHES: self._n_items}
 
     @property
     def n_restarts(self) -> int:
@@ -187,38 +186,74 @@ class WorkerPool:
         for worker in self._workers:
             self._spawn(self._revive(worker))
 
-    async def run(self, job: Any, abandoned: Abandoned) -> Any:
-        """Have a job done by the next free worker, unless it had to wait and was `abandoned` meanwhile.
+    def check_room(self, large: bool, patience: float | None = None) -> None:
+        """Raise `BusyError` where a request would be refused now: ask before its body is received."""
+        if self._line.has_room(large):
+            return
+        lane = LARGE if large else SMALL
+        n_waiting, wait = self._line.n_waiting(SMALL, LARGE), self._line.seconds_to_wait(lane)
+        if n_waiting >= self._queue_size:
+            raise _busy(f"{n_waiting} requests are waiting, the limit of this service", wait)
+        if wait > (patience := self._patience(patience)):
+            raise _busy(f"its turn would come in about {wait:.0f} s; it may take {patience:g} s", wait)
 
-        Raises `BusyError`, `TimeLimitError`, `WorkerDiedError`; returns None for an abandoned job.
+    async def run(
+        self, job: Any, abandoned: Abandoned, *, large: bool = False, patience: float | None = None
+    ) -> Any:
+        """Have a job of a request done when its turn has come; returns None where it was abandoned.
+
+        Parameters
+        ----------
+        abandoned : whether the client has left, which is asked again and again: what is begun ends then
+        large : for its own lane, so that it does not hold up small ones
+        patience : seconds that waiting and work may take, at most the time limit
+
+        Raises
+        ------
+        BusyError
+            Too many wait already, or its turn did not come in time.
+        TimeLimitError, WorkerDiedError
+            It was begun, but not finished.
         """
-        if not self._free.empty() and not self._n_queued:
-            return await self._do(self._free.get_nowait(), job)
-        if self._free.empty() and self.n_waiting >= self._queue_size:
-            raise BusyError(f"{self.n_waiting} requests are waiting, the limit of this service")
-        self.n_waiting += 1
+        self.check_room(large, patience)
+        patience = self._patience(patience)
+        end = asyncio.get_running_loop().time() + patience
+        lane = LARGE if large else SMALL
         try:
-            worker = await self._next_free()
-        finally:
-            self.n_waiting -= 1
-        return await self._unless_abandoned(worker, job, abandoned)
+            turn = await self._line.turn(lane, large, end, abandoned)
+        except TimeoutError:
+            wait = self._line.seconds_to_wait(lane)
+            raise _busy(f"no worker was free within {patience:g} s; it was not begun", wait) from None
+        return None if turn is None else await self._do(turn, job, end, patience, abandoned)
+
+    def check_batch(self) -> None:
+        """Raise `BusyError` where no batch could be opened now."""
+        if self._n_batches >= max(1, self._queue_size):
+            wait = self._line.seconds_to_wait(BATCHES)
+            raise _busy(f"{self._n_batches} batches are open, the limit of this service", wait)
 
     @contextmanager
     def batch(self) -> Iterator[Run]:
         """`run` for the jobs of one batch, which take turns with everybody else's.
 
         A batch has as many jobs under way as there are workers, and so have all batches together, each in its
-        turn; such a job then waits for a worker behind the requests that came before it. None is refused.
+        turn; they have a lane of their own beside the requests. None is refused, and each has the time limit
+        from when it is begun.
 
         Raises `BusyError` where as many batches are open as requests may wait.
         """
-        if self._n_batches >= max(1, self._queue_size):
-            raise BusyError(f"{self._n_batches} batches are open, the limit of this service")
+        self.check_batch()
         mine = asyncio.Semaphore(self.size)
 
-        async def run(job: Any, abandoned: Abandoned) -> Any:
-            async with mine, self._turns:
-                return await self._unless_abandoned(await self._next_free(), job, abandoned)
+        async def run(job: Any, abandoned: Abandoned, *, heavy: bool = False) -> Any:
+            with self._counted() as begun:
+                async with mine, self._turns:
+                    turn = await self._line.turn(BATCHES, heavy, None, abandoned)
+                    begun()
+                    if turn is None:
+                        return None
+                    end = asyncio.get_running_loop().time() + self._time_limit
+                    return await self._do(turn, job, end, self._time_limit, abandoned)
 
         self._n_batches += 1
         try:
@@ -226,38 +261,61 @@ class WorkerPool:
         finally:
             self._n_batches -= 1
 
-    async def _next_free(self) -> _Worker:
-        self._n_queued += 1
+    @contextmanager
+    def _counted(self) -> Iterator[Callable[[], None]]:
+        """Count an item of a batch among those that wait until it is begun, or given up."""
+        waits = 1
+        self._n_items += waits
+
+        def begun() -> None:
+            nonlocal waits
+            self._n_items -= waits
+            waits = 0
+
         try:
-            return await self._free.get()
+            yield begun
         finally:
-            self._n_queued -= 1
+            begun()
 
-    async def _unless_abandoned(self, worker: _Worker, job: Any, abandoned: Abandoned) -> Any:
-        given_up = True
+    async def _do(
+        self, turn: Turn[_Worker], job: Any, end: float, patience: float, abandoned: Abandoned
+    ) -> Any:
+        """Have the worker do it, and end the work a moment after nobody waits for it any more."""
+        call = self._spawn(self._call(turn, job, end))
         try:
-            given_up = await abandoned()
-        finally:  # also where this caller is cancelled meanwhile: no worker is lost
-            if given_up:
-                self._free.put_nowait(worker)
-        if given_up:
-            return None
-        return await self._do(worker, job)
+            while not call.done():
+                await asyncio.wait((call,), timeout=LOOK)
+                if not call.done() and await abandoned():
+                    self._give_up(call)
+                    return None
+        except asyncio.CancelledError:
+            self._give_up(call)
+            raise
+        try:
+            return call.result()
+        except TimeoutError:
+            raise TimeLimitError(f"not done within {patience:g} s; the work was stopped") from None
 
-    async def _do(self, worker: _Worker, job: Any) -> Any:
-        """Have the worker do it to the end, also where the caller is cancelled meanwhile."""
-        return await asyncio.shield(self._spawn(self._call(worker, job)))
+    def _give_up(self, call: asyncio.Task[Any]) -> None:
+        call.add_done_callback(_look_at)
+        asyncio.get_running_loop().call_later(_GRACE, call.cancel)
 
-    async def _call(self, worker: _Worker, job: Any) -> Any:
+    async def _call(self, turn: Turn[_Worker], job: Any, end: float) -> Any:
+        worker, loop = turn.worker, asyncio.get_running_loop()
+        began = loop.time()
         self.n_busy += 1
         try:
-            return await worker.call(job, self._time_limit)
+            return await worker.call(job, end)
         finally:
             self.n_busy -= 1
+            self._line.done(turn, loop.time() - began)
             if worker.reachable:
-                self._free.put_nowait(worker)
-            else:
+                self._line.free(worker)
+            elif not self._stopped:
                 self._spawn(self._revive(worker))
+
+    def _patience(self, patience: float | None) -> float:
+        return self._time_limit if patience is None else min(patience, self._time_limit)
 
     async def _revive(self, worker: _Worker) -> None:
         """Start a worker, and try again for as long as it does not come up."""
@@ -269,7 +327,7 @@ class WorkerPool:
                 _log.error("%s; trying again", error)
                 await asyncio.sleep(_START_PAUSE)
         self._warm.add(worker)
-        self._free.put_nowait(worker)
+        self._line.free(worker)
 
     def _spawn(self, coroutine: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
         task = asyncio.create_task(coroutine)
@@ -279,7 +337,19 @@ class WorkerPool:
 
     def stop(self) -> None:
         """End every worker, busy or not."""
+        self._stopped = True
         for task in self._tasks:
             task.cancel()
         for worker in self._workers:
             worker.stop()
+
+
+def _busy(message: str, seconds: float) -> BusyError:
+    """The refusal of a job, which may be sent again when the line has moved on."""
+    return BusyError(message, {"Retry-After": str(max(1, math.ceil(seconds)))})
+
+
+def _look_at(task: asyncio.Task[Any]) -> None:
+    """Look at what came of it, so that nobody is told when the task is thrown away."""
+    if not task.cancelled():
+        task.exception()

@@ -10,16 +10,18 @@ import orjson
 import pytest
 
 from primfit.app.engine.items import Told
-from primfit.app.service.batch_stream import Batch, NotAgainError, scratch_file
+from primfit.app.service.batch_stream import Batch, NotAgainError
 from primfit.app.service.job_work import new_job, open_job
 from primfit.app.service.metrics import Metrics
 from primfit.app.service.settings import Settings
+from primfit.app.service.spool import Spool
 from primfit.app.workers import jobs
 from primfit.app.workers.batch_jobs import FileJob
 from tests.paths import EXAMPLES
 
 Lines = list[tuple[Told | None, bytes]]
 SETTINGS = Settings(workers=2)
+SPOOL = Spool(None, None, 0)
 SEGMENTS, FEW = (EXAMPLES / "segments.csv").read_bytes(), (EXAMPLES / "few.csv").read_bytes()
 FILES = [("a.csv", SEGMENTS), ("bad.xyz", b"1 2 3"), ("a.csv", FEW), ("A.csv", SEGMENTS), ("a.csv", SEGMENTS)]
 
@@ -49,13 +51,23 @@ def _opened(asked: dict[str, Any], body: bytes | Path, unpacked: Path | None = N
 async def _lines(told: list[Told], run: Any = None) -> Lines:
     asked, body = _asked("multipart/form-data; boundary=B"), _form(FILES)
 
-    async def here(job: Any) -> Any:
+    async def here(job: Any, heavy: bool = False) -> Any:
         return jobs.run(job)
 
     async with AsyncExitStack() as resources:
         opened = _opened(asked, body)
         batch = Batch(
-            "r", body, "multipart/form-data", opened, SETTINGS, run or here, resources, Metrics(), {}, told
+            "r",
+            body,
+            "multipart/form-data",
+            opened,
+            SETTINGS,
+            SPOOL,
+            run or here,
+            resources,
+            Metrics(),
+            {},
+            told,
         )
         return [line async for line in batch.told_lines()]
 
@@ -81,7 +93,7 @@ def test_it_goes_on_behind_any_of_its_lines() -> None:
 def test_what_is_told_is_not_done_again() -> None:
     done: list[Any] = []
 
-    async def noted(job: Any) -> Any:
+    async def noted(job: Any, heavy: bool = False) -> Any:
         done.append(job)
         return jobs.run(job)
 
@@ -94,7 +106,7 @@ def test_what_is_told_is_not_done_again() -> None:
 def test_a_file_that_was_cut_and_is_not_any_more_is_told() -> None:
     told = [about for about, _ in asyncio.run(_lines([])) if about is not None]
 
-    async def refused(job: Any) -> Any:
+    async def refused(job: Any, heavy: bool = False) -> Any:
         return jobs.Reply(504, b"{}")
 
     with pytest.raises(NotAgainError):
@@ -103,7 +115,7 @@ def test_a_file_that_was_cut_and_is_not_any_more_is_told() -> None:
 
 def test_the_fingerprint_is_that_of_the_files_and_options_however_they_are_sent(tmp_path: Path) -> None:
     def fingerprint(asked: dict[str, Any], body: bytes | Path, held: bytes | Path) -> str:
-        with scratch_file(SETTINGS) as scratch:
+        with SPOOL.file() as scratch:
             unpacked = Path(scratch.name) if asked["coding"] else None
             opened = _opened(asked, body, unpacked)
             return new_job("", None, asked, body, held, opened).fingerprint

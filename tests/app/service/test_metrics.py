@@ -53,7 +53,7 @@ def test_metrics_count_what_happened(guarded_service: Any) -> None:
     assert grown["primfit_received_bytes_total", "/fit"] == 2 * len(CSV) + len(b"one,1\n")
     assert grown["primfit_client_requests_total", "alice"] == 4  # these three, and reading the first time
     assert after["primfit_workers_warm",] == 1
-    assert after["primfit_workers_busy",] == after["primfit_queue_length",] == 0
+    assert after["primfit_workers_busy",] == after["primfit_queue_length", "small"] == 0
 
 
 def test_the_metrics_shown_are_metrics_that_there_are(guarded_service: Any) -> None:

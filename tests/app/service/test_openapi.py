@@ -91,13 +91,12 @@ PROBLEMS: dict[str, dict[str, Exception]] = {
             "the database of the jobs does not answer; try again"
         ),
     },
-    "504": {
-        "example": problems.TimeLimitError(
-            "not done after 60 s, the limit of this service; the work was stopped"
-        )
-    },
+    "504": {"example": problems.TimeLimitError("not done within 60 s; the work was stopped")},
     "507": {
-        "example": problems.InsufficientStorageError("the disk that holds the jobs is full; try again later")
+        "example": problems.InsufficientStorageError("the disk for temporary files is full; try again later"),
+        "disk_of_jobs": problems.InsufficientStorageError(
+            "the disk that holds the jobs is full; try again later"
+        ),
     },
 }
 

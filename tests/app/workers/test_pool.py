@@ -3,6 +3,8 @@
 import asyncio
 import math
 import os
+import subprocess
+import sys
 import time
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -12,7 +14,8 @@ import pytest
 
 from primfit.app.wire.problems import BusyError, TimeLimitError, WorkerDiedError
 from primfit.app.workers.pool import WorkerPool
-from tests.app.serving import PATIENCE
+from tests.app.processes import needs_proc
+from tests.app.serving import PATIENCE, wait_for
 
 
 async def _wanted() -> bool:
@@ -85,22 +88,122 @@ def test_more_than_may_wait_is_refused(tmp_path: Path) -> None:
         busy = asyncio.create_task(pool.run(held, _wanted))
         await _until(lambda: pool.n_busy == 1)
         waiting = asyncio.create_task(pool.run(free, _wanted))
-        await _until(lambda: pool.n_waiting == 1)
+        await _until(lambda: pool.n_waiting["small"] == 1)
         with pytest.raises(BusyError):
             await pool.run(free, _wanted)
         await asyncio.to_thread(held.write_bytes, b"go on")
         assert await asyncio.gather(busy, waiting) == [b"go on", b""]
-        assert (pool.n_busy, pool.n_waiting, pool.n_restarts) == (0, 0, 0)
+        assert (pool.n_busy, pool.n_waiting["small"], pool.n_restarts) == (0, 0, 0)
 
     _with_pool(Path.read_bytes, use, queue_size=1)
 
 
 def test_an_abandoned_job_is_not_begun() -> None:
     async def use(pool: WorkerPool) -> None:
-        assert await pool.run(3, _abandoned) is None
-        assert pool.n_warm == 1
+        busy = asyncio.create_task(pool.run(1.0, _wanted))
+        await _until(lambda: pool.n_busy == 1)
+        assert await pool.run(60.0, _abandoned) is None
+        await busy
+        assert (pool.n_warm, pool.n_restarts) == (1, 0)
 
-    _with_pool(os._exit, use)
+    _with_pool(time.sleep, use)
+
+
+def test_the_work_for_a_client_that_left_is_ended() -> None:
+    async def use(pool: WorkerPool) -> None:
+        await pool.run(0.0, _wanted)
+        assert await pool.run(PATIENCE, _abandoned) is None
+        await asyncio.wait_for(pool.run(0.0, _wanted), PATIENCE / 2)
+        assert pool.n_restarts == 1
+
+    _with_pool(time.sleep, use)
+
+
+def test_work_that_ends_in_a_moment_costs_no_process_when_its_client_leaves() -> None:
+    async def use(pool: WorkerPool) -> None:
+        await pool.run(0.0, _wanted)
+        assert await pool.run(0.4, _abandoned) is None
+        await pool.run(0.0, _wanted)
+        assert pool.n_restarts == 0
+
+    _with_pool(time.sleep, use)
+
+
+def test_the_time_in_the_queue_counts() -> None:
+    async def use(pool: WorkerPool) -> None:
+        busy = asyncio.create_task(pool.run(3.0, _wanted))
+        await _until(lambda: pool.n_busy == 1)
+        with pytest.raises(BusyError, match=r"within 0\.5 s; it was not begun"):
+            await pool.run(0.0, _wanted, patience=0.5)
+        await busy
+        with pytest.raises(TimeLimitError, match=r"0\.5 s"):
+            await pool.run(PATIENCE, _wanted, patience=0.5)
+
+    _with_pool(time.sleep, use)
+
+
+def test_a_request_whose_turn_would_come_too_late_is_refused_at_once_and_told_when() -> None:
+    async def use(pool: WorkerPool) -> None:
+        await pool.run(1.5, _wanted)
+        busy = [asyncio.create_task(pool.run(1.5, _wanted)) for _ in range(3)]
+        await _until(lambda: pool.n_waiting["small"] == 2)
+        with pytest.raises(BusyError) as refused:
+            await pool.run(0.0, _wanted, patience=3.0)
+        assert refused.value.headers == {"Retry-After": "5"}
+        for task in busy:
+            task.cancel()
+
+    _with_pool(time.sleep, use)
+
+
+def test_large_ones_leave_a_worker_to_small_ones() -> None:
+    async def use() -> None:
+        pool = WorkerPool(2, os.getpid, time.sleep)
+        pool.start()
+        try:
+            await _until(lambda: pool.n_warm == 2)
+            large = [asyncio.create_task(pool.run(PATIENCE, _wanted, large=True)) for _ in range(3)]
+            await _until(lambda: pool.n_busy == 1 and pool.n_waiting["large"] == 2)
+            assert await pool.run(0.0, _wanted) is None
+            assert pool.n_busy == 1
+            for task in large:
+                task.cancel()
+        finally:
+            pool.stop()
+
+    asyncio.run(use())
+
+
+@needs_proc
+def test_a_worker_ends_with_its_service_and_takes_the_temporary_files_along(tmp_path: Path) -> None:
+    """Also in the middle of a job; the service is killed, so that it can do nothing."""
+    for name in ("mine-1", "mine-2", "other"):
+        (tmp_path / name).touch()
+    script = f"""
+import asyncio, os, time
+from pathlib import Path
+from primfit.app.workers.pool import WorkerPool
+
+async def wanted():
+    return False
+
+async def main():
+    pool = WorkerPool(1, os.getpid, time.sleep, litter=Path({str(tmp_path)!r}, "mine-*"))
+    pool.start()
+    await pool.run(0.0, wanted)
+    print(pool.greeting, flush=True)
+    await pool.run(60.0, wanted)
+
+asyncio.run(main())
+"""
+    service = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE)
+    assert service.stdout is not None
+    worker = int(service.stdout.readline())
+    service.kill()
+    service.wait()
+    service.stdout.close()
+    wait_for(lambda: not Path(f"/proc/{worker}").exists(), 10.0)
+    assert [file.name for file in tmp_path.iterdir()] == ["other"]
 
 
 def test_a_cancelled_caller_does_not_free_a_busy_worker() -> None:
@@ -161,10 +264,10 @@ def test_a_caller_that_is_cancelled_while_it_is_asked_keeps_no_worker() -> None:
         with pool.batch() as run:
             for way in (run, pool.run):
                 asked.clear()
-                busy = asyncio.create_task(pool.run(0.1, _wanted))
+                busy = asyncio.create_task(pool.run(1.0, _wanted))
                 await asyncio.sleep(0.0)
                 task = asyncio.create_task(way(0.0, unsure))
-                await asked.wait()
+                await asyncio.wait_for(asked.wait(), PATIENCE)
                 task.cancel()
                 with pytest.raises(asyncio.CancelledError):
                     await task

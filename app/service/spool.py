@@ -1,0 +1,77 @@
+"""Temporary files of the service, and how many bytes of bodies may be in them at one time."""
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ..wire.problems import InsufficientStorageError, full_disk
+
+
+class Spool:
+    """The folder for bodies that are too large for memory, and what is kept there together.
+
+    Parameters
+    ----------
+    directory : None for that of the system
+    limit : bytes; None for half of what is free now
+    owner : stands in the names of the files, so that all of them can be found
+    """
+
+    def __init__(self, directory: Path | None, limit: int | None, owner: int) -> None:
+        self._directory = Path(directory or tempfile.gettempdir())
+        self._prefix = f"primfit-{owner}-"
+        self._limit = limit if limit is not None else shutil.disk_usage(self._directory).free // 2
+        self.used = 0
+
+    @property
+    def pattern(self) -> Path:
+        """What all of the files match."""
+        return self._directory / f"{self._prefix}*"
+
+    def file(self) -> Any:
+        """An empty file, open for writing, which goes when it is closed."""
+        with space_needed():
+            return tempfile.NamedTemporaryFile(prefix=self._prefix, dir=self._directory)
+
+    @contextmanager
+    def share(self) -> Iterator["Share"]:
+        """Room that is taken for one body, and given back at the end."""
+        share = Share(self)
+        try:
+            yield share
+        finally:
+            self.used -= share.size
+
+    def take(self, size: int) -> None:
+        """Count so many bytes more; raises `InsufficientStorageError` where they are too many."""
+        if self.used + size > self._limit:
+            raise InsufficientStorageError(
+                f"bodies of {self.used} bytes are being read, and {size} more would be over {self._limit}, "
+                "the limit of this service (max_spooled_bytes); try again later"
+            )
+        self.used += size
+
+
+@contextmanager
+def space_needed() -> Iterator[None]:
+    """Raise `InsufficientStorageError` where the disk is full."""
+    try:
+        yield
+    except OSError as error:
+        raise full_disk(error) or error from error
+
+
+class Share:
+    """What one body has of the room."""
+
+    def __init__(self, spool: Spool) -> None:
+        self._spool, self.size = spool, 0
+
+    def reach(self, size: int) -> None:
+        """Have room for at least so many bytes."""
+        if size > self.size:
+            self._spool.take(size - self.size)
+            self.size = size
