@@ -110,7 +110,8 @@ def test_few_come_in_and_nothing_goes_out(objects: dict[str, dict[str, Any]]) ->
     template = objects["Deployment"]["spec"]["template"]
     policy = objects["NetworkPolicy"]["spec"]
     assert policy["podSelector"]["matchLabels"].items() <= template["metadata"]["labels"].items()
-    assert policy["policyTypes"] == ["Ingress", "Egress"] and policy["egress"] == []
+    assert policy["policyTypes"] == ["Ingress", "Egress"]
+    assert [port["port"] for out in policy["egress"] for port in out["ports"]] == [5432, 53, 53]
     (rule,) = policy["ingress"]
     (own,) = template["spec"]["containers"][0]["ports"]
     assert rule["ports"] == [{"protocol": "TCP", "port": own["name"]}]
