@@ -2,6 +2,7 @@
 # make setup  install primfit into .venv                 make test-torch  the tests that need torch
 # make test-slow    the slow tests: brute-force optima and more, some minutes
 # make test-clock   tests that compare times; needs an idle machine
+# make test-fire    load, hostile requests, kills and full disks against a real service, 15 minutes; needs an idle machine
 # make test-schema  random requests to the service, checked against its OpenAPI document, some minutes
 # make test-fuzz    fuzz every reader, coverage-guided, two minutes each (FUZZ_SECONDS); Linux only
 # make image  build the container image                  make lint        ruff, mypy, import rules
@@ -55,7 +56,7 @@ BUILT_WITH = $(PYTHON) -c "import tomllib; print(*tomllib.load(open('pyproject.t
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-clock test-schema test-fuzz test-torch lint weights training-figures example openapi constants bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
+.PHONY: run setup test test-slow test-clock test-fire test-schema test-fuzz test-torch lint weights training-figures example openapi constants bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -71,6 +72,9 @@ test-slow: $(VENV)/.dev
 
 test-clock: $(VENV)/.dev
 	$(VENV)/bin/python -m pytest -m clock
+
+test-fire: $(VENV)/.dev
+	$(VENV)/bin/python -m pytest -m fire --capture no tests/fire
 
 test-schema: $(VENV)/.dev
 	$(VENV)/bin/python -m pytest -m schema --capture no
