@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from primfit.fitting.names import CRITERIA, Criterion
+from primfit.fitting.names import CRITERIA
 
-POINTS_A_SECOND: Mapping[Criterion, int] = {
+POINTS_A_SECOND: Mapping[str, int] = {
     "robust": 100_000,
     "least_squares": 8_000,
     "huber": 5_000,
@@ -22,6 +22,6 @@ extreme ones. These and the robust one are given twice that, as they end in step
 cloud by more."""
 
 
-def points_by_criterion(seconds: float, most: int) -> dict[Criterion, int]:
+def points_by_criterion(seconds: float, most: int) -> dict[str, int]:
     """The most points of a cloud by criterion: what is done in so many seconds, and at most so many."""
     return {each: min(most, max(1, int(seconds * POINTS_A_SECOND[each]))) for each in CRITERIA}

@@ -17,8 +17,6 @@ from pydantic_settings import (
     TomlConfigSettingsSource,
 )
 
-from primfit.fitting.names import Criterion
-
 from ..readers.limits import Limits
 from .budgets import points_by_criterion
 from .keys import Keys
@@ -167,12 +165,10 @@ class Settings(BaseSettings):
     @property
     def limits(self) -> Limits:
         """How much may be read, and fitted."""
-        return Limits(
-            self.max_points, self.max_json_points, self.max_body_bytes, dict(self.points_by_criterion)
-        )
+        return Limits(self.max_points, self.max_json_points, self.max_body_bytes, self.points_by_criterion)
 
     @property
-    def points_by_criterion(self) -> dict[Criterion, int]:
+    def points_by_criterion(self) -> dict[str, int]:
         """The most points that each criterion is done with in time."""
         return points_by_criterion(self.fit_time_limit, self.max_points)
 
