@@ -18,8 +18,6 @@ from pydantic_settings import (
     TomlConfigSettingsSource,
 )
 
-from primfit.fitting.names import Criterion
-
 from ..readers.limits import RATIO, Limits
 from .budgets import points_by_criterion
 from .keys import Keys
@@ -278,15 +276,11 @@ class Settings(BaseSettings):
     def limits(self) -> Limits:
         """How much may be read, and fitted."""
         return Limits(
-            self.max_points,
-            self.max_json_points,
-            self.max_body_bytes,
-            RATIO,
-            dict(self.points_by_criterion),
+            self.max_points, self.max_json_points, self.max_body_bytes, RATIO, self.points_by_criterion
         )
 
     @property
-    def points_by_criterion(self) -> dict[Criterion, int]:
+    def points_by_criterion(self) -> dict[str, int]:
         """The most points that each criterion is done with in time."""
         return points_by_criterion(self.fit_time_limit, self.max_points)
 
