@@ -9,10 +9,10 @@ POINTS_A_SECOND: Mapping[str, int] = {
     "minimum_circumscribed": 50_000,
     "maximum_inscribed": 50_000,
 }
-"""The pace in the worst of the clouds that were tried on a busy machine, with all kinds allowed.
+"""The pace in the worst of the clouds that were tried on a busy machine, all kinds allowed.
 
 They were spheres, tori, cubes and planes of 100,000 to 500,000 points, with noise and without, and took up to
-1.0 s for each 100,000 points. This is given twice, as the steps differ from cloud to cloud. The other criteria
+1.0 s for each 100,000 points. This is given twice, as steps differ from cloud to cloud. The other criteria
 have no limit of their own: nearly all clouds of `max_points` are done in time."""
 
 
