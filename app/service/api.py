@@ -3,11 +3,12 @@
 import os
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import version as version_of
 from pathlib import Path
 from time import perf_counter, time_ns
 
+import orjson
 from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import HTMLResponse, PlainTextResponse, RedirectResponse
 from fastapi.routing import APIRoute
@@ -61,6 +62,7 @@ def create_app(settings: Settings | None = None, local: bool = False) -> FastAPI
         version=version_of("primfit"),
         description=openapi.DESCRIPTION,
         lifespan=_lifespan,
+        openapi_url=None,
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
@@ -89,6 +91,7 @@ def create_app(settings: Settings | None = None, local: bool = False) -> FastAPI
         app.add_exception_handler(error, _refuse)
     app.add_exception_handler(ClientDisconnect, _gone)
     app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]
+    app.state.openapi = cache(lambda: orjson.dumps(app.openapi()))
     return app
 
 
@@ -285,6 +288,12 @@ async def root(request: Request) -> RedirectResponse:
     """To the documentation, which lies beside this path also where a proxy has taken a prefix away."""
     prefix = request.scope.get("root_path", "")
     return RedirectResponse(f"{prefix}/docs" if prefix else "docs")
+
+
+@router.get("/openapi.json", include_in_schema=False)
+async def document(request: Request) -> Response:
+    """The OpenAPI document, written once: nobody needs a key for it, and it is large."""
+    return Response(request.app.state.openapi(), media_type="application/json")
 
 
 @router.get("/docs", include_in_schema=False)
