@@ -44,6 +44,8 @@ ENV PATH=/opt/primfit/bin:$PATH \
     OPENBLAS_NUM_THREADS=1 \
     PRIMFIT_HOST=0.0.0.0 \
     PRIMFIT_PORT=8000
+# For jobs, where PRIMFIT_JOBS_PATH names it: a volume that is mounted here belongs to the user, too.
+RUN install --directory --owner 10001 --group 10001 --mode 700 /var/lib/primfit
 USER 10001:10001
 WORKDIR /tmp
 EXPOSE 8000

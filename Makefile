@@ -158,9 +158,9 @@ lock: $(VENV)/.uv
 	@mkdir -p $(LOCK_AT)/requirements
 	cd $(LOCK_AT) && $(COMPILE) --extra dev --output-file requirements/dev.txt pyproject.toml
 	cd $(LOCK_AT) && $(BUILT_WITH) | $(COMPILE) $(AS_TESTED) --output-file requirements/build.txt -
-	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --output-file requirements/image.txt pyproject.toml
-	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --extra bench --extra cad --extra e57 --extra otel --output-file requirements/full.txt \
-		pyproject.toml
+	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --extra postgres --output-file requirements/image.txt pyproject.toml
+	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --extra bench --extra cad --extra e57 --extra otel --extra postgres \
+		--output-file requirements/full.txt pyproject.toml
 
 # The same on a copy, without looking for newer versions.
 lock-check: $(VENV)/.uv

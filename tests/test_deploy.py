@@ -54,10 +54,27 @@ def test_the_pod_has_no_rights_and_is_probed(objects: dict[str, dict[str, Any]])
     assert container["readinessProbe"]["httpGet"]["path"] == "/readyz"
     assert {"requests", "limits"} == set(container["resources"])
     written = [mount["mountPath"] for mount in container["volumeMounts"] if not mount.get("readOnly")]
-    assert written == ["/tmp"]
+    assert written == ["/tmp", "/var/lib/primfit"]
     # Kubernetes would set PRIMFIT_PORT to an address of the service of that name.
     assert pod["enableServiceLinks"] is False
     assert pod["terminationGracePeriodSeconds"] > 15
+
+
+def test_jobs_are_kept_in_a_volume_of_the_images_user(objects: dict[str, dict[str, Any]]) -> None:
+    pod = objects["Deployment"]["spec"]["template"]["spec"]
+    (container,) = pod["containers"]
+    environment = {each["name"]: each for each in container["env"]}
+    folder = environment["PRIMFIT_JOBS_PATH"]["value"]
+    (name,) = (mount["name"] for mount in container["volumeMounts"] if mount["mountPath"] == folder)
+    (claim,) = (volume["persistentVolumeClaim"] for volume in pod["volumes"] if volume["name"] == name)
+    assert claim["claimName"] == objects["PersistentVolumeClaim"]["metadata"]["name"]
+    assert pod["securityContext"]["fsGroup"] == _user()
+    composed = yaml.safe_load((ROOT / "compose.yaml").read_text())
+    service = composed["services"]["primfit"]
+    assert service["environment"]["PRIMFIT_JOBS_PATH"] == folder
+    assert service["volumes"] == [f"jobs:{folder}"] and "jobs" in composed["volumes"]
+    owned = f"RUN install --directory --owner {_user()} --group {_user()} --mode 700 {folder}\n"
+    assert owned in (ROOT / "Dockerfile").read_text()
 
 
 def test_the_service_finds_the_pods(objects: dict[str, dict[str, Any]]) -> None:
@@ -93,7 +110,8 @@ def test_few_come_in_and_nothing_goes_out(objects: dict[str, dict[str, Any]]) ->
     template = objects["Deployment"]["spec"]["template"]
     policy = objects["NetworkPolicy"]["spec"]
     assert policy["podSelector"]["matchLabels"].items() <= template["metadata"]["labels"].items()
-    assert policy["policyTypes"] == ["Ingress", "Egress"] and policy["egress"] == []
+    assert policy["policyTypes"] == ["Ingress", "Egress"]
+    assert [port["port"] for out in policy["egress"] for port in out["ports"]] == [5432, 53, 53]
     (rule,) = policy["ingress"]
     (own,) = template["spec"]["containers"][0]["ports"]
     assert rule["ports"] == [{"protocol": "TCP", "port": own["name"]}]

@@ -43,6 +43,7 @@ mount -o remount,bind,ro "$root"
 mount -t proc proc "$root/proc"
 mount --rbind /dev "$root/dev"
 mount -t tmpfs -o mode=1777 tmpfs "$root/tmp"
+test -z "${JOBS:-}" || mount --bind "$JOBS" "$root/var/lib/primfit"
 exec env -i "$(command -v chroot)" "$root" setpriv --reuid "${user%:*}" --regid "${user#*:}" --clear-groups \\
     --no-new-privs --inh-caps=-all --bounding-set=-all env --chdir "$directory" "$@"
 """
@@ -245,3 +246,31 @@ def _wait(url: str) -> None:
         except OSError:
             assert time.monotonic() < deadline, f"{url} was not ready after {PATIENCE} s"
             time.sleep(0.2)
+
+
+def test_jobs_outlive_their_container(run: list[str], tmp_path: Path) -> None:
+    folder, keeps = "/var/lib/primfit", "PRIMFIT_JOBS_PATH=/var/lib/primfit"
+    # As an engine makes a new volume: it belongs to whom the folder of the image belongs to.
+    os.chown(tmp_path, 10001, 10001)
+    if ENGINE == "buildah":
+        command = [*run, keeps, "primfit", "serve"]
+    else:
+        volume = ["--volume", f"{tmp_path}:{folder}", "--env", keeps]
+        command = [*run[:2], *volume, *run[2:], "primfit", "serve"]
+    location = ""
+    for _ in range(2):
+        process = subprocess.Popen(command, env={**os.environ, "JOBS": str(tmp_path)})
+        try:
+            _wait(f"http://127.0.0.1:{PORT}/readyz")
+            if not location:
+                body, headers = EXAMPLE.read_bytes(), {"Content-Type": "text/csv"}
+                request = urllib.request.Request(f"http://127.0.0.1:{PORT}/jobs", body, headers)
+                with urllib.request.urlopen(request, timeout=PATIENCE) as reply:
+                    assert reply.status == 202
+                    location = reply.headers["Location"]
+            else:
+                with urllib.request.urlopen(f"http://127.0.0.1:{PORT}{location}", timeout=PATIENCE) as reply:
+                    assert json.load(reply)["files"] == 1
+        finally:
+            process.terminate()
+            process.wait(timeout=PATIENCE)

@@ -10,6 +10,20 @@ from .names import Ids
 
 
 @dataclass(frozen=True)
+class Told:
+    """What a line of a batch is about: item `index` (from 0) of the `of` items of a file, the first being 1.
+
+    `outcome` is the status of the answer, or `problems`; `label` that of the segment.
+    """
+
+    file: int
+    index: int
+    of: int
+    outcome: str
+    label: Label | None
+
+
+@dataclass(frozen=True)
 class Item:
     """A file (`label` is None) or one of its segments, by an id that no other item has.
 

@@ -14,10 +14,10 @@ compressible of clouds, to some 50. What unpacks to 1 MiB or less may do so from
 
 @dataclass(frozen=True)
 class Limits:
-    """Most points of a cloud and of one in JSON, None for any number; most bytes that data unpacks to.
+    """Most points of a cloud and of one in JSON, and most bytes that data unpacks to.
 
-    `ratio` is how many times its size it may unpack to, so that work costs its sender something; None is any.
-    `criterion_points` are the most points that are fitted by a criterion, where it has a limit.
+    `ratio` is how many times its size it may unpack to, so that work costs its sender something.
+    `criterion_points` are the most points that are fitted by a criterion, where it has a limit. None is any.
     """
 
     points: int | None = None

@@ -93,7 +93,7 @@ def _head(told: Lines, scan: int) -> tuple[int, Array] | None:
     if not np.isfinite(matrix).all() or not np.allclose(matrix[:, 3], [0.0, 0.0, 0.0, 1.0], atol=1e-6):
         message = f"the matrix of scan {scan} moves no points that are rows: its last column is not 0 0 0 1"
         raise UnreadableFileError(f"line {head[6][0]}", message)
-    return int(lines[0]) * int(lines[1]), matrix
+    return int(lines[0].split()[0]) * int(lines[1].split()[0]), matrix
 
 
 def _rows(told: Lines, n_points: int, scan: int, cut: int | None) -> Array:

@@ -3,11 +3,12 @@
 import os
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import version as version_of
 from pathlib import Path
 from time import perf_counter, time_ns
 
+import orjson
 from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import HTMLResponse, PlainTextResponse, RedirectResponse
 from fastapi.routing import APIRoute
@@ -15,21 +16,21 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from ..readers import CODINGS
 from ..wire import problems
-from ..wire.problems import NotReadyError, UnsupportedCodingError, UnsupportedMediaTypeError
+from ..wire.problems import NotReadyError
 from ..wire.schemas import Capabilities, FitAnswer, Live, Ready, Versions
 from ..workers import PRELOAD, jobs
 from ..workers.batch_jobs import OpenJob
 from ..workers.pool import WorkerPool
 from ..workers.request_id import RequestId
-from . import docs_page, metrics, openapi, operations, tracing
+from . import docs_page, job_routes, metrics, openapi, operations, tracing
 from .batch_stream import Batch, Lines
 from .body import announced, is_large, received, size
 from .browsers import Addressee, share_with
 from .capabilities import capabilities
 from .guard import Access, Guard
-from .media_types import MEDIA_TYPES, what_to_send
+from .jobs_kept import jobs_kept
+from .media_types import coding_of, media_type_of
 from .methods import answer_head_and_options
 from .observe import Observer
 from .prefer import wait
@@ -61,6 +62,7 @@ def create_app(settings: Settings | None = None, local: bool = False) -> FastAPI
         version=version_of("primfit"),
         description=openapi.DESCRIPTION,
         lifespan=_lifespan,
+        openapi_url=None,
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
@@ -71,15 +73,16 @@ def create_app(settings: Settings | None = None, local: bool = False) -> FastAPI
     app.state.metrics = metrics.Metrics()
     app.state.stopping = False
     app.include_router(requests)
+    app.include_router(job_routes.router)
     app.include_router(router)
-    answer_head_and_options(app, requests, router)
+    answer_head_and_options(app, requests, job_routes.router, router)
     # The last one added sees a request first.
     app.add_middleware(Shortcut)
     app.state.access = Access(settings.keys(), settings.rate_limit)
     app.add_middleware(Guard, access=app.state.access)
     share_with(app, settings.cors_origins)
     app.add_middleware(Addressee, hosts=settings.allowed_hosts, local=local, origins=settings.cors_origins)
-    names = RouteNames([*app.routes, *requests.routes, *router.routes])
+    names = RouteNames([*app.routes, *requests.routes, *job_routes.router.routes, *router.routes])
     app.add_middleware(Observer, metrics=app.state.metrics, routes=names)
     if (provider := tracing.provider()) is not None:
         app.add_middleware(tracing.Tracing, provider=provider, routes=names)
@@ -88,6 +91,7 @@ def create_app(settings: Settings | None = None, local: bool = False) -> FastAPI
         app.add_exception_handler(error, _refuse)
     app.add_exception_handler(ClientDisconnect, _gone)
     app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]
+    app.state.openapi = cache(lambda: orjson.dumps(app.openapi()))
     return app
 
 
@@ -133,7 +137,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     app.state.metrics.watch(app.state.pool)
     app.state.pool.start()
     try:
-        yield
+        async with jobs_kept(app):
+            yield
     finally:
         app.state.pool.stop()
 
@@ -157,7 +162,7 @@ async def fit_export(request: Request) -> Response:
 
 
 async def _fitted(request: Request, export: bool) -> Response:
-    media_type, coding = _media_type(request), _coding(request)
+    media_type, coding = media_type_of(request), coding_of(request)
     state, patience = request.app.state, wait(request.headers)
     started = perf_counter()
     state.pool.check_room(is_large(announced(request)), patience)
@@ -189,8 +194,13 @@ async def _fitted(request: Request, export: bool) -> Response:
     **operations.FIT_BATCH,
 )
 async def fit_batch(request: Request) -> Response:
-    """Fit many clouds, and the segments of clouds whose points have labels; the answers come line by line."""
-    media_type, coding = _media_type(request), _coding(request)
+    """Fit many clouds, and the segments of clouds whose points have labels; the answers come line by line.
+
+    With `Prefer: respond-async` it becomes a job where the service keeps some, as by `POST /jobs`.
+    """
+    if job_routes.wants_job(request):
+        return await job_routes.submit(request)
+    media_type, coding = media_type_of(request), coding_of(request)
     settings, pool, spool = request.app.state.settings, request.app.state.pool, request.app.state.spool
     pool.check_batch()
     async with AsyncExitStack() as resources:
@@ -280,6 +290,12 @@ async def root(request: Request) -> RedirectResponse:
     return RedirectResponse(f"{prefix}/docs" if prefix else "docs")
 
 
+@router.get("/openapi.json", include_in_schema=False)
+async def document(request: Request) -> Response:
+    """The OpenAPI document, written once: nobody needs a key for it, and it is large."""
+    return Response(request.app.state.openapi(), media_type="application/json")
+
+
 @router.get("/docs", include_in_schema=False)
 async def docs() -> HTMLResponse:
     """The API in a browser, without anything from elsewhere."""
@@ -289,25 +305,6 @@ async def docs() -> HTMLResponse:
 
 def _versions(request: Request) -> Versions:
     return Versions(**{"weights": None, **_INSTALLED, **(request.app.state.pool.greeting or {})})
-
-
-def _media_type(request: Request) -> str:
-    media_type = (
-        request.headers.get("content-type", "application/octet-stream").partition(";")[0].strip().lower()
-    )
-    if media_type not in MEDIA_TYPES:
-        raise UnsupportedMediaTypeError(what_to_send(media_type))
-    return media_type
-
-
-def _coding(request: Request) -> str | None:
-    """How the body is packed: `gzip` (by its old name, too) or `zstd`, None if it is not."""
-    names = ",".join(request.headers.getlist("content-encoding")).lower().split(",")
-    names = [name.strip().replace("x-gzip", "gzip") for name in names]
-    codings = [name for name in names if name not in ("", "identity")]
-    if len(codings) > 1 or not set(codings) <= set(CODINGS):
-        raise UnsupportedCodingError(f"send the body as it is, or in one of {', '.join(CODINGS)}, once")
-    return codings[0] if codings else None
 
 
 def _job(

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from starlette.requests import ClientDisconnect, Request
 
-from ..wire.problems import BodyTooLargeError
-from .spool import Share, Spool, space_needed
+from ..wire.problems import BodyTooLargeError, room_needed
+from .spool import Share, Spool
 
 _IN_MEMORY = 128 * 1024
 _LARGE = 4 * 1024 * 1024
@@ -58,7 +58,7 @@ async def received(request: Request, limit: int, spool: Spool) -> AsyncIterator[
             yield b"".join(first)
             return
         file = resources.enter_context(spool.file())
-        with space_needed():
+        with room_needed():
             await asyncio.to_thread(file.writelines, first)
             async for piece in pieces:
                 await asyncio.to_thread(file.write, piece)

@@ -23,7 +23,9 @@ _SENT = (
     "Authorization",
     "Content-Encoding",
     "Content-Type",
+    "Idempotency-Key",
     "If-None-Match",
+    "Last-Event-ID",
     "Prefer",
     "traceparent",
     "tracestate",
@@ -33,6 +35,8 @@ _SENT = (
 _SEEN = (
     "Content-Disposition",
     "ETag",
+    "Link",
+    "Location",
     "Preference-Applied",
     "RateLimit",
     "RateLimit-Policy",
@@ -51,7 +55,7 @@ def share_with(app: FastAPI, origins: Collection[str]) -> None:
         app.add_middleware(
             CORSMiddleware,
             allow_origins=list(origins),
-            allow_methods=["GET", "HEAD", "POST"],
+            allow_methods=["DELETE", "GET", "HEAD", "POST"],
             allow_headers=_SENT,
             expose_headers=_SEEN,
         )

@@ -1,6 +1,9 @@
 """The media types of bodies and of answers."""
 
+from starlette.requests import Request
+
 from ..readers import CODINGS, FORMATS
+from ..wire.problems import UnsupportedCodingError, UnsupportedMediaTypeError
 
 RAW_TYPES = (
     "application/octet-stream",
@@ -22,3 +25,23 @@ def what_to_send(media_type: str) -> str:
             "line ends out of it"
         )
     return f"send one of {', '.join(MEDIA_TYPES)}"
+
+
+def media_type_of(request: Request) -> str:
+    """That of the body; raises `UnsupportedMediaTypeError` for one that is not read."""
+    media_type = (
+        request.headers.get("content-type", "application/octet-stream").partition(";")[0].strip().lower()
+    )
+    if media_type not in MEDIA_TYPES:
+        raise UnsupportedMediaTypeError(what_to_send(media_type))
+    return media_type
+
+
+def coding_of(request: Request) -> str | None:
+    """How the body is packed: `gzip` (by its old name, too) or `zstd`, None if it is not."""
+    names = ",".join(request.headers.getlist("content-encoding")).lower().split(",")
+    names = [name.strip().replace("x-gzip", "gzip") for name in names]
+    codings = [name for name in names if name not in ("", "identity")]
+    if len(codings) > 1 or not set(codings) <= set(CODINGS):
+        raise UnsupportedCodingError(f"send the body as it is, or in one of {', '.join(CODINGS)}, once")
+    return codings[0] if codings else None

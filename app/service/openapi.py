@@ -30,6 +30,7 @@ DESCRIPTION = (
 )
 TAGS = (
     {"name": "fitting", "description": "Clouds in, primitives out."},
+    {"name": "jobs", "description": "Many clouds, handed in now and asked for later."},
     {"name": "service", "description": "How the service is, and what it is."},
 )
 _BATCH_LINES = (BatchAnswer, BatchProblem, BatchSummary)
@@ -53,13 +54,15 @@ def _make(app: FastAPI) -> dict[str, Any]:
     components["schemas"] = dict(sorted((components["schemas"] | _schemas()).items()))
     components["securitySchemes"] = SECURITY_SCHEMES
     made["security"] = [{}, *({name: []} for name in SECURITY_SCHEMES)]
-    made["paths"]["/fit/batch"]["post"]["responses"]["200"]["content"] = {NDJSON: _lines()}
+    for path, method in (("/fit/batch", "post"), ("/jobs/{job_id}/results", "get")):
+        made["paths"][path][method]["responses"]["200"]["content"] = {NDJSON: _lines()}
     # Set here, because FastAPI would drop the nulls of an example.
     _in_json(made, "/fit", "post")["examples"] = {"cylinder": {"value": example("answer.json")}}
     _in_json(made, "/capabilities", "get")["examples"] = {"defaults": {"value": _capabilities()}}
     for path, operations in made["paths"].items():
         for operation in operations.values():
-            operation["responses"] |= _at_the_door(path)
+            for status, refusal in _at_the_door(path).items():
+                operation["responses"].setdefault(status, refusal)
     _add_headers(made)
     return made | {"tags": list(TAGS)}
 
@@ -97,7 +100,7 @@ def _at_the_door(path: str) -> dict[str, Any]:
     """What may come before a request is looked at: see `app.service.guard`."""
     refusals = {} if path in OPEN else {"401": refused("401")}
     if path not in UNLIMITED:
-        refusals["429"] = refused("429")
+        refusals["429"] = refused("429", "example")
     return refusals
 
 

@@ -7,7 +7,20 @@ import orjson
 
 from ..wire.problems import MEDIA_TYPE
 from .media_types import RAW_TYPES
-from .parameters import ARTIFACT_OPTIONS, IF_NONE_MATCH, LABELS, PREFER, REF, options_in_query
+from .parameters import (
+    ARTIFACT_OPTIONS,
+    IDEMPOTENCY_KEY,
+    IF_NONE_MATCH,
+    JOB_ID,
+    LABELS,
+    LAST_EVENT_ID,
+    LIMIT,
+    OFFSET,
+    PREFER,
+    REF,
+    RESPOND_ASYNC,
+    options_in_query,
+)
 
 _EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -72,6 +85,7 @@ _FILES = {
     **dict.fromkeys(("model/ply", "application/ply"), "few.ply"),
 }
 _OPTIONS = {"kinds": ["cylinder", "cone"]}
+_EVENT = "event: status\nid: end\ndata: {...}\n\n"
 _TOLD = {
     "Server-Timing": {"$ref": "#/components/headers/ServerTiming"},
     "Preference-Applied": {"$ref": "#/components/headers/PreferenceApplied"},
@@ -117,7 +131,7 @@ FIT: dict[str, Any] = {
         **{status: refused(status, "example") for status in ("412", "408", "413", "500", "504", "507")},
         "415": refused("415"),
         "422": refused("422", "points", "file", "options"),
-        "503": refused("503"),
+        "503": refused("503", "not_ready", "busy", "worker_died", "stopping"),
     },
     "openapi_extra": {
         "requestBody": _body("FitUpload", {"file": text("few.csv"), "options": _OPTIONS}),
@@ -135,13 +149,20 @@ FIT_EXPORT: dict[str, Any] = {
             "headers": {"Content-Disposition": _FILE_NAME, **_TOLD},
             "content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}},
         },
-        "422": refused("422"),
+        "422": refused("422", "points", "file", "options", "artifacts"),
     },
     "openapi_extra": {
         "requestBody": FIT["openapi_extra"]["requestBody"],
         "parameters": [*ARTIFACT_OPTIONS, *options_in_query(), PREFER],
     },
 }
+JOBS: dict[str, Any] = example("jobs.json")
+_LOCATION = {
+    "description": "where the status of the job is",
+    "schema": {"type": "string"},
+    "example": "/jobs/0b2b7d8e-7f6c-4f0e-9d6a-3c1f5a1e2d4b",
+}
+_BATCH_BODY = _body("BatchUpload", {"file": [text("few.csv")] * 2, "options": _OPTIONS})
 FIT_BATCH: dict[str, Any] = {
     "tags": ["fitting"],
     "status_code": 200,
@@ -151,9 +172,100 @@ FIT_BATCH: dict[str, Any] = {
             "description": "A JSON object a line: for each item, in the order of the input, what was found "
             "or the problem with it; then the summary",
         },
+        "202": {
+            "description": "With `Prefer: respond-async`: it is kept as a job, as by `POST /jobs`",
+            "headers": {"Location": _LOCATION},
+            "content": {
+                "application/json": {
+                    "schema": {"$ref": REF.format(model="JobStatus")},
+                    "examples": _shown(accepted=JOBS["accepted"]),
+                }
+            },
+        },
     },
     "openapi_extra": {
-        "requestBody": _body("BatchUpload", {"file": [text("few.csv")] * 2, "options": _OPTIONS}),
-        "parameters": [LABELS, *options_in_query()],
+        "requestBody": _BATCH_BODY,
+        "parameters": [RESPOND_ASYNC, IDEMPOTENCY_KEY, LABELS, *options_in_query()],
     },
 }
+_OF_ONE_JOB = {
+    "404": refused("404", "no_such_job", "jobs_off"),
+    "500": refused("500", "internal"),
+    "503": refused("503", "jobs_unavailable"),
+}
+SUBMIT_JOB: dict[str, Any] = {
+    "tags": ["jobs"],
+    "response_description": "It is kept, and will be done",
+    "responses": {
+        **_REFUSALS,
+        "202": {
+            "headers": {"Location": _LOCATION},
+            "content": {"application/json": {"examples": _shown(accepted=JOBS["accepted"])}},
+        },
+        "404": refused("404", "jobs_off"),
+        "422": refused("422", "file", "options", "idempotency_key_reused"),
+        "429": refused("429", "example", "too_many_jobs"),
+        "503": refused("503", "busy", "jobs_unavailable"),
+        "507": refused("507"),
+    },
+    "openapi_extra": {
+        "requestBody": _BATCH_BODY,
+        "parameters": [IDEMPOTENCY_KEY, LABELS, *options_in_query()],
+    },
+}
+LIST_JOBS: dict[str, Any] = {
+    "tags": ["jobs"],
+    "response_description": "The jobs, in the order in which they came",
+    "responses": {
+        "200": {
+            "content": {
+                "application/json": {"examples": _shown(one={"jobs": [JOBS["successful"]], "links": []})}
+            }
+        },
+        **_OF_ONE_JOB,
+        "404": refused("404", "jobs_off"),
+    },
+}
+JOB_STATUS: dict[str, Any] = {
+    "tags": ["jobs"],
+    "response_description": "Its status",
+    "responses": {
+        "200": {"content": {"application/json": {"examples": _shown(successful=JOBS["successful"])}}},
+        **_OF_ONE_JOB,
+    },
+    "openapi_extra": {"parameters": [JOB_ID]},
+}
+JOB_RESULTS: dict[str, Any] = {
+    "tags": ["jobs"],
+    "status_code": 200,
+    "response_description": "The lines, byte for byte those of `POST /fit/batch`",
+    "responses": {
+        "200": {
+            "headers": {
+                "Link": {
+                    "description": "where the next lines are",
+                    "schema": {"type": "string"},
+                    "example": '</jobs/ID/results?offset=1000&limit=1000>; rel="next"',
+                }
+            }
+        },
+        **_OF_ONE_JOB,
+        "422": refused("422", "options"),
+    },
+    "openapi_extra": {"parameters": [JOB_ID, OFFSET, LIMIT]},
+}
+JOB_EVENTS: dict[str, Any] = {
+    "tags": ["jobs"],
+    "status_code": 200,
+    "response_description": "The events",
+    "responses": {
+        "200": {
+            "content": {"text/event-stream": {"schema": {"type": "string"}, "examples": _shown(end=_EVENT)}}
+        },
+        "204": {"description": "Nothing is left to tell"},
+        **_OF_ONE_JOB,
+        "422": refused("422", "options"),
+    },
+    "openapi_extra": {"parameters": [JOB_ID, LAST_EVENT_ID]},
+}
+DISMISS_JOB: dict[str, Any] = {**JOB_STATUS, "response_description": "Its last status"}

@@ -7,6 +7,8 @@ from ..exports.options import ABOUT, LARGEST_ERROR, LONGEST, SMALLEST_ERROR
 from ..wire.options import OBJECTS
 from ..wire.schemas import BatchUpload, FitOptions
 
+DEFAULT_PAGE, LARGEST_PAGE, LARGEST_OFFSET = 1000, 10_000, 10**9
+"""Lines of the results of a job."""
 REF = "#/components/schemas/{model}"
 _REQUEST_ID = {"type": "string", "pattern": "^[A-Za-z0-9._-]{1,64}$"}
 # What every operation takes and every answer carries, see `app.workers.request_id`.
@@ -103,6 +105,48 @@ LABELS: dict[str, Any] = {
     "required": False,
     "description": BatchUpload.model_fields["labels"].description,
     "schema": {"type": "string"},
+}
+IDEMPOTENCY_KEY: dict[str, Any] = {
+    "name": "Idempotency-Key",
+    "in": "header",
+    "required": False,
+    "description": "a key of your own for a job: to ask again with it brings the same job, not another one",
+    "schema": {"type": "string", "maxLength": 255},
+}
+RESPOND_ASYNC: dict[str, Any] = {
+    "name": "Prefer",
+    "in": "header",
+    "required": False,
+    "description": "`respond-async` makes it a job, where the service keeps some",
+    "schema": {"type": "string"},
+}
+JOB_ID: dict[str, Any] = {
+    "name": "job_id",
+    "in": "path",
+    "required": True,
+    "description": "`jobID` of the job",
+    "schema": {"type": "string"},
+}
+OFFSET: dict[str, Any] = {
+    "name": "offset",
+    "in": "query",
+    "required": False,
+    "description": "the first line, 0 by default",
+    "schema": {"type": "integer", "minimum": 0, "maximum": LARGEST_OFFSET},
+}
+LIMIT: dict[str, Any] = {
+    "name": "limit",
+    "in": "query",
+    "required": False,
+    "description": f"the most lines, {DEFAULT_PAGE} by default",
+    "schema": {"type": "integer", "minimum": 1, "maximum": LARGEST_PAGE},
+}
+LAST_EVENT_ID: dict[str, Any] = {
+    "name": "Last-Event-ID",
+    "in": "header",
+    "required": False,
+    "description": "id of the last event that came: the number of a line, or `end`",
+    "schema": {"type": "string", "pattern": "^([0-9]{1,18}|end)$"},
 }
 
 

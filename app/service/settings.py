@@ -1,5 +1,6 @@
 """Settings of the service: flags of `primfit serve`, else PRIMFIT_<NAME> in the environment, else a file."""
 
+import importlib.util
 import ipaddress
 import os
 import re
@@ -17,8 +18,6 @@ from pydantic_settings import (
     TomlConfigSettingsSource,
 )
 
-from primfit.fitting.names import Criterion
-
 from ..readers.limits import RATIO, Limits
 from .budgets import points_by_criterion
 from .keys import Keys
@@ -27,6 +26,8 @@ MIB = 1024 * 1024
 DAY = 86400.0
 PREFIX = "PRIMFIT_"
 CONFIG = f"{PREFIX}CONFIG"
+SECRET = ("api_keys", "jobs_database")
+"""Settings that are not shown."""
 _VALUE_LENGTH = 60
 _MOST_CONNECTIONS = 1000
 """Each may hold some hundred kilobytes of what has arrived: of so many the main process is not in danger."""
@@ -97,6 +98,12 @@ def _most_files() -> int:
         return 3 * _MOST_CONNECTIONS
     soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return 3 * _MOST_CONNECTIONS if soft == resource.RLIM_INFINITY else soft
+
+
+def _postgresql(url: SecretStr) -> SecretStr:
+    if not re.match(r"postgres(ql)?://[^/]", url.get_secret_value()):
+        raise ValueError("a URL such as postgresql://USER:PASSWORD@HOST:PORT/DATABASE is needed")
+    return url
 
 
 class Settings(BaseSettings):
@@ -182,6 +189,26 @@ class Settings(BaseSettings):
         description="origins of web pages whose scripts may ask, such as https://viewer.example.com; "
         "`*` stands for all of them, and without any only pages of the service itself may",
     )
+    jobs_path: Path | None = Field(
+        default=None,
+        description="folder that keeps jobs, made where it is missing; several services may share one; "
+        "without it there are no jobs",
+    )
+    jobs_database: Annotated[SecretStr, AfterValidator(_postgresql)] | None = Field(
+        default=None,
+        description="URL of a PostgreSQL database for the records of the jobs, such as "
+        "postgresql://primfit:PASSWORD@db/primfit; needs the extra `postgres`",
+        json_schema_extra={"x-default": "SQLite in `jobs_path`"},
+    )
+    jobs_keep: float = Field(
+        default=DAY, gt=0, le=366 * DAY, description="seconds that a job and its results stay after its end"
+    )
+    jobs_per_client: int = Field(default=100, ge=1, description="most jobs that are kept for one client")
+    job_bytes_per_client: int = Field(
+        default=1024 * MIB,
+        ge=1,
+        description="most bytes of bodies and results with which a client may hand in another job",
+    )
     log_format: Literal["text", "json"] = Field(
         default="text", description="one line an event, for people or for machines"
     )
@@ -249,15 +276,11 @@ class Settings(BaseSettings):
     def limits(self) -> Limits:
         """How much may be read, and fitted."""
         return Limits(
-            self.max_points,
-            self.max_json_points,
-            self.max_body_bytes,
-            RATIO,
-            {str(name): most for name, most in self.points_by_criterion.items()},
+            self.max_points, self.max_json_points, self.max_body_bytes, RATIO, self.points_by_criterion
         )
 
     @property
-    def points_by_criterion(self) -> dict[Criterion, int]:
+    def points_by_criterion(self) -> dict[str, int]:
         """The most points that each criterion is done with in time."""
         return points_by_criterion(self.fit_time_limit, self.max_points)
 
@@ -289,6 +312,7 @@ def load(**flags: Any) -> Settings:
     try:
         settings = Settings(**flags)
         settings.keys()
+        _check_jobs(settings)
     except ValidationError as error:
         found = error.errors(include_url=False, include_context=False)
         raise SettingsError(*(_complaint(one, flags) for one in found)) from None
@@ -297,6 +321,20 @@ def load(**flags: Any) -> Settings:
     except ValueError as error:
         raise SettingsError(str(error)) from None
     return settings
+
+
+def _check_jobs(settings: Settings) -> None:
+    """Complain of jobs that could not be kept."""
+    path = settings.jobs_path
+    if path is None:
+        if settings.jobs_database is not None:
+            raise ValueError("jobs_database: jobs_path is needed, too: bodies and results stand there")
+        return
+    there = next((each for each in (path, *path.absolute().parents) if each.exists()), path)
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        raise ValueError(f"jobs_path: {path} is no folder in which this user may write")
+    if settings.jobs_database is not None and importlib.util.find_spec("psycopg") is None:
+        raise ValueError("jobs_database: PostgreSQL needs an extra: pip install 'primfit[postgres]'")
 
 
 def _file(settings_cls: type[BaseSettings]) -> TomlConfigSettingsSource:
@@ -322,5 +360,5 @@ def _complaint(found: Mapping[str, Any], flags: Mapping[str, Any]) -> str:
     elif (variable := f"{PREFIX}{name.upper()}") in os.environ:
         place = variable
     message = found["msg"].removeprefix("Value error, ")
-    value = "" if name == "api_keys" else f"; it is {str(found['input'])[:_VALUE_LENGTH]!r}"
+    value = "" if name in SECRET else f"; it is {str(found['input'])[:_VALUE_LENGTH]!r}"
     return f"{place}: {message[:1].lower()}{message[1:]}{value}"

@@ -4,7 +4,7 @@ from typing import Any
 
 import orjson
 
-from .settings import CONFIG, PREFIX, Settings
+from .settings import CONFIG, PREFIX, SECRET, Settings
 
 _HEAD = f"""# Settings
 
@@ -47,6 +47,8 @@ def _line(name: str, value: Any) -> str:
             f"# {name}: {len(value)} in force, not shown; without them everybody may ask. "
             "Keep them in api_keys_file"
         )
+    if name in SECRET and value:
+        return f"# {name} is set, and not shown"
     # A string or a list in JSON is one in TOML, which wants this one character escaped, too.
     return f"{name} = {orjson.dumps(value).decode()}".replace("\x7f", "\\u007f")
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ..wire.problems import InsufficientStorageError, full_disk
+from ..wire.problems import InsufficientStorageError, room_needed
 
 
 class Spool:
@@ -33,7 +33,7 @@ class Spool:
 
     def file(self) -> Any:
         """An empty file, open for writing, which goes when it is closed."""
-        with space_needed():
+        with room_needed():
             return tempfile.NamedTemporaryFile(prefix=self._prefix, dir=self._directory)
 
     @contextmanager
@@ -53,15 +53,6 @@ class Spool:
                 "the limit of this service (max_spooled_bytes); try again later"
             )
         self.used += size
-
-
-@contextmanager
-def space_needed() -> Iterator[None]:
-    """Raise `InsufficientStorageError` where the disk is full."""
-    try:
-        yield
-    except OSError as error:
-        raise full_disk(error) or error from error
 
 
 class Share:

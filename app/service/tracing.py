@@ -125,7 +125,9 @@ class Tracing:
         from opentelemetry.trace import Status, StatusCode, set_span_in_context
 
         ended, below = time_ns(), set_span_in_context(span, Context())
-        facts, route = request.state.facts, self._routes.name(request.scope)
+        facts, route = dict(request.state.facts), self._routes.name(request.scope)
+        # Where the connection has answered in place of the application.
+        status = facts.pop("status", status)
         attributes = {f"primfit.{name}": value for name, value in facts.items() if name != "problem"}
         attributes |= {"http.route": route, "http.response.status_code": status or None}
         attributes["error.type"] = facts.get("problem")

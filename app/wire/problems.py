@@ -5,7 +5,8 @@ which are numbers.
 """
 
 import errno
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -111,6 +112,26 @@ class UnauthorizedError(ServiceError):
     """No API key came with the request, or one that is not known."""
 
 
+class NoSuchJobError(ServiceError):
+    """No job of this id belongs to the client."""
+
+
+class JobsOffError(ServiceError):
+    """The service keeps no jobs."""
+
+
+class TooManyJobsError(ServiceError):
+    """The client has as many jobs, or bytes in them, as it may."""
+
+
+class IdempotencyKeyReusedError(ServiceError):
+    """Another job came with the same Idempotency-Key before."""
+
+
+class JobsUnavailableError(ServiceError):
+    """The database of the jobs does not answer."""
+
+
 class HeaderError(ServiceError):
     """A refusal whose headers depend on the request or the moment."""
 
@@ -199,6 +220,13 @@ KINDS: dict[type[Exception], Kind] = {
     ),
     WrongHostError: Kind(421, "wrong-host", "The request is addressed to another host"),
     ForeignOriginError: Kind(403, "foreign-origin", "Pages of this origin may not ask"),
+    NoSuchJobError: Kind(404, "no-such-job", "No such job"),
+    JobsOffError: Kind(404, "jobs-off", "This service keeps no jobs"),
+    TooManyJobsError: Kind(429, "too-many-jobs", "Too many jobs of this client", {"Retry-After": "60"}),
+    IdempotencyKeyReusedError: Kind(
+        422, "idempotency-key-reused", "Another job came with this Idempotency-Key"
+    ),
+    JobsUnavailableError: Kind(503, "jobs-unavailable", "The database of the jobs does not answer", _RETRY),
     TimeLimitError: Kind(504, "time-limit", "Reading and fitting took too long"),
 }
 INTERNAL = Kind(500, "internal-error", "The service failed; the request may be valid")
@@ -273,11 +301,20 @@ def _path(prefix: str, steps: Sequence[int | str]) -> str:
     return (prefix + path).removeprefix(".")
 
 
-def full_disk(error: Exception) -> InsufficientStorageError | None:
-    """What the system says of a full disk, in our terms; None for anything else."""
+def full_disk(error: Exception, what: str = "temporary files") -> InsufficientStorageError | None:
+    """What the system says of a full disk, in our terms, and `what` it is for; None for anything else."""
     if not isinstance(error, OSError) or error.errno not in (errno.ENOSPC, errno.EDQUOT):
         return None
-    return InsufficientStorageError("the disk for temporary files is full; try again later")
+    return InsufficientStorageError(f"the disk for {what} is full; try again later")
+
+
+@contextmanager
+def room_needed(what: str = "temporary files") -> Iterator[None]:
+    """Raise `InsufficientStorageError` where the disk is full."""
+    try:
+        yield
+    except OSError as error:
+        raise full_disk(error, what) or error from error
 
 
 def _kind(error: Exception) -> Kind:

@@ -11,8 +11,9 @@ from tests.paths import EXAMPLES
 
 @pytest.fixture(scope="session")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    """A service with the default limits."""
-    with running(tmp_path_factory.mktemp("bodies"), workers=2) as started:
+    """A service with the default limits, which keeps jobs."""
+    jobs = tmp_path_factory.mktemp("jobs")
+    with running(tmp_path_factory.mktemp("bodies"), workers=2, jobs_path=jobs) as started:
         yield started
 
 
@@ -27,8 +28,9 @@ def strict_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service
 
 @pytest.fixture(scope="session")
 def guarded_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    """A service that asks for a key, has one worker, logs in JSON, and takes any name of a host."""
+    """A service that asks for a key, has one worker and jobs, logs in JSON, and takes any name of a host."""
     told = {"api_keys": f"alice:{ALICE},{NAMELESS}", "log_format": "json", "allowed_hosts": "*"}
+    told["jobs_path"] = str(tmp_path_factory.mktemp("jobs"))
     with running(tmp_path_factory.mktemp("bodies"), workers=1, **told) as started:
         yield started
 

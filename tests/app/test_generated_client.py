@@ -184,6 +184,12 @@ def _request() -> Any:
     return _part("models").FitRequest(points=SMALL["points"])
 
 
+def _handed_in(call: Any) -> str:
+    """The id of a job that was handed in by the client of a call."""
+    submit = _part("api.jobs.submit_job").sync
+    return submit(client=call.keywords["client"], body=_request()).job_id  # type: ignore[no-any-return]
+
+
 # One call an operation, by the name of its module: what it answers is typed, and looked at.
 CALLS: dict[str, Callable[[Any], Any]] = {
     "fitting.fit": lambda call: call(body=_request()).status == "fitted",
@@ -196,6 +202,12 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         is None
     ),
     "fitting.fit_batch": lambda call: call(body=_request()) is None,
+    "jobs.submit_job": lambda call: call(body=_request(), idempotency_key="py-1").process_id == "fit_batch",
+    "jobs.list_jobs": lambda call: call().links[0].rel == "self",
+    "jobs.job_status": lambda call: call(job_id=_handed_in(call)).files == 1,
+    "jobs.job_results": lambda call: call(job_id=_handed_in(call), offset=0, limit=10) is None,
+    "jobs.job_events": lambda call: "fit_batch" in call(job_id=_handed_in(call), last_event_id="1"),
+    "jobs.dismiss_job": lambda call: call(job_id=_handed_in(call)).status == "dismissed",
     "service.capabilities": lambda call: call().limits.max_points == 5_000_000,
     "service.metrics": lambda call: "primfit_workers_warm 2.0" in call(),
     "service.livez": lambda call: call().status == "alive",

@@ -96,6 +96,7 @@ def test_others_are_served_and_all_are_closed(attacked: Service, attack: str) ->
 
     async def attacked_and_asked() -> tuple[list[float], list[float]]:
         held = asyncio.create_task(_held(attacked.port, n, first, more, 1.0, reads))
+        # To make the answers that nobody takes is work like other work: others are asked after it.
         await asyncio.sleep(30.0 if limit == "answer" else 3.0)
         return await asyncio.to_thread(_asked, attacked), await held
 

@@ -11,6 +11,7 @@ from ..alphabet import write_in_any_alphabet
 from ..ending import ended_plainly
 from .batch import batch
 from .fit import fit
+from .jobs import jobs
 from .parts import bench, synth
 from .service import openapi, serve, settings
 
@@ -60,6 +61,7 @@ def _primfit(
 
 for _command in (fit, batch, serve, settings, openapi, synth):
     app.command()(_command)
+app.add_typer(jobs, name="jobs")
 # It has a help of its own.
 app.command(
     context_settings={"allow_extra_args": True, "ignore_unknown_options": True}, add_help_option=False

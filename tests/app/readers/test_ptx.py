@@ -134,3 +134,9 @@ def test_mutated_files_are_read_or_refused_and_never_crash(data: st.DataObject) 
 
 def test_a_table_that_begins_with_two_counts_is_no_ptx() -> None:
     assert read(b"3\n1 2 3\n4 5 6\n7 8 9\n").format == "text"
+
+
+def test_a_count_may_stand_between_any_white_space() -> None:
+    """Python's `split` takes more characters for white space than its `int`."""
+    head = b"\x1d2\x1e\n1\n" + b"0 0 0\n" * 4 + b"1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+    np.testing.assert_array_equal(read(head + b"1 2 3 0.5\n4 5 6 0.5\n").points, [[1, 2, 3], [4, 5, 6]])

@@ -40,11 +40,7 @@ def test_limits_are_those_of_the_service(strict_service: Any) -> None:
         "max_body_bytes": 2**20,
         "max_points": 20_000,
         "max_json_points": 1000,
-        "points_by_criterion": {
-            **dict.fromkeys(get_args(Criterion), 20_000),
-            "huber": 15_000,
-            "tukey": 15_000,
-        },
+        "points_by_criterion": dict.fromkeys(get_args(Criterion), 20_000),
         "fit_time_limit": 3.0,
         "receive_timeout": 3.0,
         "queue_size": 1,

@@ -160,17 +160,17 @@ def test_five_million_points_are_the_default_limit(service: Any) -> None:
 
 
 def test_a_cloud_over_the_limit_of_its_criterion_is_not_fitted(service: Any) -> None:
-    """More points than least squares is sure to be done with in a minute, but not more than may be read."""
+    """More points than a minimum zone is sure to be done with in a minute, but not more than may be read."""
     limits = service.client.get("/capabilities").json()["limits"]
-    most = limits["points_by_criterion"]["least_squares"]
+    most = limits["points_by_criterion"]["minimum_zone"]
     body = _npy(_cylinder(most + 1).astype(np.float32))
     assert most < limits["max_points"] == limits["points_by_criterion"]["robust"]
-    response = service.post(body, "application/octet-stream", criterion="least_squares")
+    response = service.post(body, "application/octet-stream", criterion="minimum_zone")
     _is_problem(response, 413, "too-large")
     (error,) = response.json()["errors"]
     assert error["field"] == "criterion" and error["value"] == f"{most + 1} points"
-    assert f"{most + 1} points; the limit of the criterion least_squares is {most}" in error["message"]
-    files = {"file": ("large.npy", body), "options": (None, '{"criterion": "least_squares"}')}
+    assert f"{most + 1} points; the limit of the criterion minimum_zone is {most}" in error["message"]
+    files = {"file": ("large.npy", body), "options": (None, '{"criterion": "minimum_zone"}')}
     (line, *_) = service.client.post("/fit/batch", files=files).text.splitlines()
     assert json.loads(line)["problem"]["errors"] == [error]
     _works(service)

@@ -17,6 +17,7 @@ await fitUpload();
 await fitRaw();
 await fitBatch();
 await fitExport();
+await jobs();
 await problems();
 await service();
 await nothingIsLeftOut();
@@ -70,6 +71,30 @@ async function fitExport() {
     parseAs: "blob",
   });
   assert.ok(data && data.size > 1000);
+}
+
+async function jobs() {
+  const { data: accepted, response } = await client.POST("/jobs", {
+    body: { file: [file, file] },
+    bodySerializer: form,
+    params: { header: { "Idempotency-Key": `typescript-${Date.now()}` } },
+  });
+  assert.ok(accepted);
+  assert.equal(response.status, 202);
+  const of = { path: { job_id: accepted.jobID } };
+  const events = await client.GET("/jobs/{job_id}/events", { params: of, parseAs: "text" });
+  assert.match(events.data ?? "", /^id: end$/m);
+  const { data: ended } = await client.GET("/jobs/{job_id}", { params: of });
+  assert.equal(ended?.status, "successful");
+  assert.equal(ended.summary?.fitted, 2);
+  const page = await client.GET("/jobs/{job_id}/results", {
+    params: { ...of, query: { offset: 1, limit: 2 } },
+    parseAs: "stream",
+  });
+  assert.equal((await page.response.text()).trim().split("\n").length, 2);
+  const { data: all } = await client.GET("/jobs");
+  assert.ok(all?.jobs.some((job) => job.jobID === accepted.jobID));
+  assert.equal((await client.DELETE("/jobs/{job_id}", { params: of })).data?.status, "dismissed");
 }
 
 async function problems() {

@@ -1,0 +1,51 @@
+"""The jobs of a service from its start to its end. What they need is imported only where they are kept."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING
+
+from fastapi import FastAPI
+
+from .settings import Settings
+
+if TYPE_CHECKING:
+    from ..jobs.desk import Desk
+
+
+@asynccontextmanager
+async def jobs_kept(app: FastAPI) -> AsyncIterator[None]:
+    """`state.desk` takes jobs and this service works on them; it is None where `jobs_path` is not set."""
+    settings: Settings = app.state.settings
+    app.state.desk = None
+    if settings.jobs_path is None:
+        yield
+        return
+    desk = await asyncio.to_thread(open_desk, settings)
+    from ..jobs.runner import Runner
+    from .job_work import JobWork
+
+    work = JobWork(app.state.pool, app.state.spool, settings, app.state.metrics)
+    runner = Runner(desk, work, settings.workers, lambda: app.state.stopping)
+    app.state.desk = desk
+    runner.start()
+    try:
+        yield
+    finally:
+        await runner.stop()
+        desk.close()
+
+
+def open_desk(settings: Settings) -> "Desk":
+    """The jobs in `jobs_path`, which is made where it is missing, and in `jobs_database`."""
+    from ..jobs.clock import SteadyClock
+    from ..jobs.desk import Desk
+    from ..jobs.files import Folder
+    from ..jobs.store import Store, sqlite_url
+
+    assert settings.jobs_path is not None
+    folder = Folder(settings.jobs_path)
+    database = settings.jobs_database
+    url = sqlite_url(folder.path) if database is None else database.get_secret_value()
+    store = Store(url, SteadyClock(), settings.jobs_keep)
+    return Desk(store, folder, settings.jobs_per_client, settings.job_bytes_per_client)

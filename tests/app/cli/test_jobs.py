@@ -1,0 +1,70 @@
+"""`primfit jobs` lists, cancels and cleans what services keep."""
+
+import os
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from primfit.app.cli.commands import app
+from primfit.app.jobs.desk import Desk
+from primfit.app.service.jobs_kept import open_desk
+from primfit.app.service.settings import Settings
+from tests.app.jobs.making import MANY, new
+
+
+def run(*args: str) -> Result:
+    return CliRunner().invoke(app, ["jobs", *args])
+
+
+@pytest.fixture
+def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Desk:
+    """The jobs of a service on the folder that is set."""
+    monkeypatch.setenv("PRIMFIT_JOBS_PATH", str(tmp_path / "jobs"))
+    return open_desk(Settings(jobs_path=tmp_path / "jobs"))
+
+
+def _keep(desk: Desk, owner: str) -> str:
+    made = new(owner)
+    desk.folder.create(made.id, b"the body")
+    return desk.store.add(made, MANY, MANY).id
+
+
+def test_jobs_are_listed_canceled_and_removed(desk: Desk) -> None:
+    first, second = _keep(desk, "alice"), _keep(desk, "")
+    lines = run("list").stdout.splitlines()
+    assert [line.split()[:3] for line in lines] == [
+        [first, "alice", "accepted"],
+        [second, "-", "accepted"],
+    ]
+    assert run("cancel", first).exit_code == 0
+    assert run("list").stdout.splitlines()[0].split()[2] == "dismissed"
+    assert run("cancel", first, second).exit_code == 0
+    assert [line.split()[0] for line in run("list").stdout.splitlines()] == [second]
+    assert run("clean").stdout.startswith("0 jobs removed")
+    assert run("clean", "--ended").stdout.startswith("1 jobs removed")
+    assert run("list").stdout == "" and desk.folder.ids() == set()
+
+
+def test_files_of_no_job_are_removed_when_nobody_can_be_taking_them_in(desk: Desk) -> None:
+    kept = _keep(desk, "alice")
+    for stray in ("old", "young"):
+        desk.folder.create(stray, b"the body")
+    os.utime(desk.folder.of("old").folder, (0, 0))
+    os.utime(desk.folder.of(kept).folder, (0, 0))
+    assert run("clean").stdout == "0 jobs removed, and the files of 1 that no record names\n"
+    assert desk.folder.ids() == {kept, "young"}
+
+
+def test_what_cannot_be_done_is_told(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    done = run("cancel", "nothing")
+    assert (done.exit_code, done.stderr) == (2, "primfit: jobs: nothing: no such job\n")
+    monkeypatch.setenv("PRIMFIT_JOBS_DATABASE", "postgresql://primfit@127.0.0.1:1/jobs")
+    assert run("list").exit_code == 1
+    monkeypatch.setenv("PRIMFIT_JOBS_DATABASE", "mysql://127.0.0.1/jobs")
+    done = run("list")
+    assert done.exit_code == 2 and "postgresql://USER" in done.stderr and "mysql" not in done.stderr
+    monkeypatch.delenv("PRIMFIT_JOBS_DATABASE")
+    monkeypatch.delenv("PRIMFIT_JOBS_PATH")
+    done = run("list")
+    assert done.exit_code == 2 and "jobs_path is not set" in done.stderr
