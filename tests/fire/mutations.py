@@ -81,7 +81,8 @@ def _repeat(rng: random.Random, data: bytes) -> bytes:
     start = _place(rng, data)
     stop = data.find(b"\n", start) + 1 if rng.random() < 0.5 else start + rng.choice((1, 4, 100))
     piece = data[start : max(stop, start + 1)]
-    return data[:start] + piece * rng.choice((2, 10, 1000, 50_000)) + data[start:]
+    times = min(rng.choice((2, 10, 1000, 50_000)), LARGEST // max(1, len(piece)))
+    return data[:start] + piece * times + data[start:]
 
 
 def _drop(rng: random.Random, data: bytes) -> bytes:

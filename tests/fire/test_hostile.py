@@ -30,7 +30,7 @@ WORST = 5
 
 
 class Cost(NamedTuple):
-    """What came of a request, and what it took: of the processor in all, and of a worker's memory."""
+    """What came of a request, and what it took: of the processor in one process, and of a worker's memory."""
 
     case: Hostile
     status: int
@@ -72,12 +72,12 @@ async def _asked(service: Service, cases: Iterator[Hostile]) -> list[Cost]:
     processes = _processes(service.pid)
     idle = watching.resident(processes[-1])
     for case in cases:
-        before = sum(map(watching.cpu_seconds, processes))
+        before = list(map(watching.cpu_seconds, processes))
         watching.forget_peak(processes[-1])
         if case.head or case.expected:  # some of these take so long to make that the service has hung up
             client.close()
         answer = await client.ask(case.content, HEAD_PATIENCE if case.head else PATIENCE)
-        cpu = sum(map(watching.cpu_seconds, processes)) - before
+        cpu = max(watching.cpu_seconds(pid) - spent for pid, spent in zip(processes, before, strict=True))
         memory = watching.peak(processes[-1]) - idle
         replaced = not Path(f"/proc/{processes[-1]}").exists()
         costs.append(Cost(case._replace(content=b""), answer.status, cpu, memory, replaced))

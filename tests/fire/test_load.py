@@ -44,6 +44,8 @@ def test_32_clients_wait_alike(tmp_path: Path) -> None:
 
 
 N_CLIENTS, TIMES = 128, 4.0
+LATE = 0.1
+"""Seconds that a refusal or a sign of life may take."""
 WAIT = 2.0
 """Seconds that the clients of an overloaded service ask it to take at most."""
 
@@ -71,12 +73,14 @@ async def _overload(figures: Report, port: int) -> None:
     figures.note("requests a second", len(answers) / scaled(30))
     figures.note("statuses", statuses(answers))
     figures.none("answers that are neither", without(answers, 200, 503))
-    figures.at_most("refused within, p99", 1e3 * quantile(refused, 0.99), 100, "ms")
+    figures.at_most("refused within, p99", 1e3 * quantile(refused, 0.99), 1e3 * LATE, "ms")
+    n_late = sum(answer.seconds > LATE for answer in refused)
+    figures.note("refused later than that", n_late)
     figures.note("refused within, at most", 1e3 * quantile(refused, 1.0), "ms")
     figures.note("idle service, p95", 1e3 * idle, "ms")
     figures.at_most("accepted, p95", 1e3 * quantile(accepted, 0.95), 1e3 * (2 * idle + WAIT), "ms")
     figures.none("/livez, errors", without(alive, 200))
-    figures.at_most("/livez, p99", 1e3 * quantile(alive, 0.99), 100, "ms")
+    figures.at_most("/livez, p99", 1e3 * quantile(alive, 0.99), 1e3 * LATE, "ms")
     goodput = len(accepted) / (stopped - started)
     figures.at_least("goodput over capacity", goodput / capacity, 0.8)
     figures.at_most("recovered after", recovered, 10, "s")
