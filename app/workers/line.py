@@ -68,6 +68,10 @@ class Line(Generic[W]):
         shared_by = 1 + sum(bool(other.waiting) for other in self._lanes.values() if other is not lane)
         return lane.mean * (len(lane.waiting) + 1) * shared_by / self._size
 
+    def seconds_of_work(self, name: str) -> float:
+        """What a job of this lane takes, by those that were done; 0 before the first."""
+        return self._lanes[name].mean
+
     async def turn(self, name: str, heavy: bool, end: float | None, abandoned: Abandoned) -> Turn[W] | None:
         """Wait for a worker; None where the job was abandoned meanwhile.
 
@@ -93,12 +97,15 @@ class Line(Generic[W]):
             raise
         return turn
 
-    def done(self, turn: Turn[W], seconds: float | None) -> None:
-        """A job is done and took so long; None for one that was not begun."""
+    def done(self, turn: Turn[W], seconds: float | None, finished: bool = True) -> None:
+        """A job is over and took so long; None for one that was not begun.
+
+        One that was cut off says nothing of how long those of its lane take.
+        """
         lane = turn.lane
         self._n_heavy -= turn.heavy
         lane.served += (seconds or 0.0) - turn.expected
-        if seconds is not None:
+        if seconds is not None and finished:
             lane.mean += _SMOOTHING * (seconds - lane.mean) if lane.mean else seconds
 
     def free(self, worker: W) -> None:

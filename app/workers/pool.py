@@ -22,6 +22,8 @@ _START_LIMIT = 120.0
 _START_PAUSE = 2.0
 _GRACE = 0.5
 """Seconds in which a job that nobody waits for any more may end by itself, which costs no new process."""
+_OFF = 2.0
+"""How far off what is expected of the line may be: who waits for nothing in the end is refused late."""
 _log = logging.getLogger("primfit")
 
 
@@ -192,9 +194,10 @@ class WorkerPool:
             return
         lane = LARGE if large else SMALL
         n_waiting, wait = self._line.n_waiting(SMALL, LARGE), self._line.seconds_to_wait(lane)
+        work = self._line.seconds_of_work(lane)
         if n_waiting >= self._queue_size:
             raise _busy(f"{n_waiting} requests are waiting, the limit of this service", wait)
-        if wait > (patience := self._patience(patience)):
+        if _OFF * wait + work > (patience := self._patience(patience)):
             raise _busy(f"its turn would come in about {wait:.0f} s; it may take {patience:g} s", wait)
 
     async def run(
@@ -219,8 +222,10 @@ class WorkerPool:
         patience = self._patience(patience)
         end = asyncio.get_running_loop().time() + patience
         lane = LARGE if large else SMALL
+        # Work that is begun so late that it will be cut off is lost, and a worker with it.
+        begun_by = end - min(self._line.seconds_of_work(lane), patience / _OFF)
         try:
-            turn = await self._line.turn(lane, large, end, abandoned)
+            turn = await self._line.turn(lane, large, begun_by, abandoned)
         except TimeoutError:
             wait = self._line.seconds_to_wait(lane)
             raise _busy(f"no worker was free within {patience:g} s; it was not begun", wait) from None
@@ -302,13 +307,15 @@ class WorkerPool:
 
     async def _call(self, turn: Turn[_Worker], job: Any, end: float) -> Any:
         worker, loop = turn.worker, asyncio.get_running_loop()
-        began = loop.time()
+        began, finished = loop.time(), False
         self.n_busy += 1
         try:
-            return await worker.call(job, end)
+            result = await worker.call(job, end)
+            finished = True
+            return result
         finally:
             self.n_busy -= 1
-            self._line.done(turn, loop.time() - began)
+            self._line.done(turn, loop.time() - began, finished)
             if worker.reachable:
                 self._line.free(worker)
             elif not self._stopped:
