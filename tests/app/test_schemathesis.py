@@ -1,4 +1,4 @@
-"""schemathesis on the whole document: all its checks but those that its file leaves out, a thousand cases an operation; `make test-schema`."""
+"""schemathesis on the whole document, by its file, a thousand cases an operation; `make test-schema`."""
 
 import json
 import os
