@@ -20,7 +20,6 @@ from .batch_stream import Lines
 from .body import announced, is_large, received, size
 from .media_types import NDJSON, coding_of, media_type_of
 from .parameters import DEFAULT_PAGE, LARGEST_OFFSET, LARGEST_PAGE
-from .settings import Settings
 
 if TYPE_CHECKING:
     from ..jobs.desk import Desk
@@ -143,8 +142,7 @@ async def job_results(request: Request) -> Response:
 
     progress = job.progress
     stretches = await desk.call(desk.folder.of(job.id).page, progress.parts, offset, limit)
-    settings: Settings = request.app.state.settings
-    response = Lines(pieces(desk, stretches), AsyncExitStack(), settings.send_timeout)
+    response = Lines(pieces(desk, stretches), AsyncExitStack())
     response.headers["Content-Length"] = str(sum(each.stop - each.start for each in stretches))
     following = min(offset + limit, max(offset, progress.lines))
     if following < progress.lines or not job.ended:
@@ -181,7 +179,7 @@ async def job_events(request: Request) -> Response:
         return await _status(request, job)
 
     events = Events(desk, job, shown, lambda: state.stopping)
-    response = EventStream(events.stream(int(last)), AsyncExitStack(), state.settings.send_timeout)
+    response = EventStream(events.stream(int(last)), AsyncExitStack())
     # A proxy that gathered them would defeat them.
     response.headers.update({"Cache-Control": "no-cache", "X-Accel-Buffering": "no"})
     return response

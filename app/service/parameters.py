@@ -146,7 +146,7 @@ LAST_EVENT_ID: dict[str, Any] = {
     "in": "header",
     "required": False,
     "description": "id of the last event that came: the number of a line, or `end`",
-    "schema": {"type": "string", "pattern": "^([0-9]{1,18}|end)$"},
+    "schema": {"type": "string", "pattern": "^([0-9]{1,18}|end)?$"},
 }
 
 
