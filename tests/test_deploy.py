@@ -95,7 +95,7 @@ def test_all_lie_in_the_namespace_whose_pods_may_do_little(objects: dict[str, di
 def test_keys_come_from_a_secret_that_is_in_no_file(objects: dict[str, dict[str, Any]]) -> None:
     pod = objects["Deployment"]["spec"]["template"]["spec"]
     (container,) = pod["containers"]
-    settings = {one["name"]: one["value"] for one in container["env"]}
+    settings = {one["name"]: one.get("value") for one in container["env"]}
     (mount,) = [one for one in container["volumeMounts"] if one["name"] == "keys"]
     (volume,) = [one for one in pod["volumes"] if one["name"] == "keys"]
     made = f"create secret generic {volume['secret']['secretName']} --from-file "

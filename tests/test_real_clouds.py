@@ -36,4 +36,7 @@ def test_every_artifact_of_every_real_cloud_is_made() -> None:
         form = json.loads(files["form"])
         rounding = 1e-12
         assert form["minimum_zone"]["form_error"] <= form["least_squares"]["form_error"] + rounding
-        assert files["report"].count(b"<svg") == 5 and len(files["report"]) < 1_000_000
+        assert len(files["report"]) < 1_000_000
+        # Residuals that are all rounding are not drawn: the map and the histogram are missing then.
+        exact = b"All inliers lie on the surface" in files["report"]
+        assert files["report"].count(b"<svg") == (3 if exact else 5)

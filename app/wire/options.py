@@ -58,15 +58,14 @@ def check_options(
 
 
 def _check_size(options: Mapping[str, Any]) -> None:
-    """Raise `UnreadableFileError` where an object holds more values than options can have."""
+    """Raise `InvalidOptionsError` where an object holds more values than options can have."""
     n_values, inner = 0, [iter(options.values())]
     while inner:
         for value in inner[-1]:
             n_values += 1
             if n_values > _MOST_VALUES:
-                raise UnreadableFileError(
-                    "options", f"options hold more than {_MOST_VALUES} values, the limit"
-                )
+                message = f"options hold more than {_MOST_VALUES} values, the limit"
+                raise InvalidOptionsError([FieldError("options", message)])
             if isinstance(value, dict | list):
                 inner.append(iter(value.values() if isinstance(value, dict) else value))
                 break

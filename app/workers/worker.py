@@ -49,6 +49,7 @@ def serve(pipe: socket.socket, warm: Callable[[], Any], work: Work, litter: Path
             pipe.sendall(packed(last.result))
             return
         pipe.sendall(packed(result))
+    _remove(litter)
 
 
 def _end_with_service(pipe: socket.socket, litter: Path | None) -> None:
@@ -56,6 +57,10 @@ def _end_with_service(pipe: socket.socket, litter: Path | None) -> None:
     ended = select.poll()
     ended.register(pipe, 0)
     ended.poll()
+    _remove(litter)
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _remove(litter: Path | None) -> None:
     for file in litter.parent.glob(litter.name) if litter else ():
         file.unlink(missing_ok=True)
-    os.kill(os.getpid(), signal.SIGKILL)

@@ -108,7 +108,7 @@ BAD_OPTIONS: dict[str, tuple[dict[str, Any], str]] = {
     "unknown kind": ({"kinds": ["plane", "cube"]}, "options.kinds[1]"),
     "no kinds": ({"kinds": []}, "options.kinds"),
     "a kind twice": ({"kinds": ["plane", "plane"]}, "options.kinds"),
-    "many kinds": ({"kinds": ["plane"] * 100_000}, "options.kinds"),
+    "many kinds": ({"kinds": ["plane"] * 100_000}, "options"),
     "kinds as string": ({"kinds": "plane"}, "options.kinds"),
     "kinds of numbers": ({"kinds": [1]}, "options.kinds[0]"),
     "unknown classifier": ({"classifier": "oracle"}, "options.classifier"),
@@ -342,12 +342,18 @@ def test_the_document_has_real_examples_for_every_body_answer_and_problem(servic
     operations = {op["operationId"]: op for path in document["paths"].values() for op in path.values()}
     assert set(operations) == {
         "capabilities",
+        "dismiss_job",
         "fit",
         "fit_batch",
         "fit_export",
+        "job_events",
+        "job_results",
+        "job_status",
+        "list_jobs",
         "livez",
         "metrics",
         "readyz",
+        "submit_job",
         "version",
     }
     content = operations["fit"]["requestBody"]["content"]
