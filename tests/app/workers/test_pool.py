@@ -157,7 +157,7 @@ def test_a_request_whose_turn_would_come_too_late_is_refused_at_once_and_told_wh
 
 
 def test_work_that_would_be_cut_off_is_not_begun() -> None:
-    """The one ahead takes three times as long as was to be expected, which leaves less time than work takes."""
+    """The one ahead takes three times as long as expected, which leaves less time than work takes."""
 
     async def use(pool: WorkerPool) -> None:
         await pool.run(0.5, _wanted)
