@@ -198,7 +198,8 @@ class WorkerPool:
         if n_waiting >= self._queue_size:
             raise _busy(f"{n_waiting} requests are waiting, the limit of this service", wait)
         if _OFF * wait + work > (patience := self._patience(patience)):
-            raise _busy(f"its turn would come in about {wait:.0f} s; it may take {patience:g} s", wait)
+            late = f"too late for an answer within {patience:g} s"
+            raise _busy(f"its turn would come in about {wait:.2g} s, {late}", wait)
 
     async def run(
         self, job: Any, abandoned: Abandoned, *, large: bool = False, patience: float | None = None
