@@ -127,3 +127,17 @@ def test_what_has_to_be_waited_grows_with_the_line() -> None:
         assert line.n_waiting() == 0
 
     _with_line(use, "w")
+
+
+def test_what_was_cut_off_tells_nothing_of_its_lane() -> None:
+    """Else a line whose jobs are cut off at once looks quick, and takes more and more of them."""
+
+    async def use(line: Line[str]) -> None:
+        for seconds, finished in ((2.0, True), (0.01, False), (60.0, False)):
+            turn = await line.turn("a", False, None, _wanted)
+            assert turn is not None
+            line.done(turn, seconds, finished)
+            line.free(turn.worker)
+        assert line.seconds_of_work("a") == 2.0
+
+    _with_line(use, "w")

@@ -156,6 +156,21 @@ def test_a_request_whose_turn_would_come_too_late_is_refused_at_once_and_told_wh
     _with_pool(time.sleep, use)
 
 
+def test_work_that_would_be_cut_off_is_not_begun() -> None:
+    """The one ahead takes three times as long as expected, which leaves less time than work takes."""
+
+    async def use(pool: WorkerPool) -> None:
+        await pool.run(0.5, _wanted)
+        ahead = asyncio.ensure_future(pool.run(1.5, _wanted))
+        await asyncio.sleep(0)
+        with pytest.raises(BusyError):
+            await pool.run(0.5, _wanted, patience=1.75)
+        await ahead
+        assert pool.n_restarts == 0
+
+    _with_pool(time.sleep, use)
+
+
 def test_large_ones_leave_a_worker_to_small_ones() -> None:
     async def use() -> None:
         pool = WorkerPool(2, os.getpid, time.sleep)
