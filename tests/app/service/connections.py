@@ -30,6 +30,21 @@ def rest(connection: socket.socket) -> bytes:
     return b"".join(pieces)
 
 
+def one_answer(connection: socket.socket) -> bytes:
+    """The next answer of a known length, however many pieces it comes in."""
+    received = b""
+    while (head := received.partition(b"\r\n\r\n"))[1] == b"" or len(head[2]) < _length(head[0]):
+        piece = connection.recv(1 << 16)
+        assert piece, f"closed after {received!r}"
+        received += piece
+    return received
+
+
+def _length(head: bytes) -> int:
+    lines = dict(line.lower().split(b": ", 1) for line in head.split(b"\r\n")[1:])
+    return int(lines[b"content-length"])
+
+
 def answer(port: int, request: bytes) -> bytes:
     """What comes back for these bytes, until the service closes the connection."""
     with connected(port) as connection:

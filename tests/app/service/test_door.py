@@ -17,7 +17,16 @@ from primfit.app.service.pace import Pace
 from primfit.app.service.settings import Settings
 from primfit.app.workers.logs import Once
 from tests.app.processes import needs_proc, ticks
-from tests.app.service.connections import GET, POST, answer, connected, rest, sent_until_closed, statuses
+from tests.app.service.connections import (
+    GET,
+    POST,
+    answer,
+    connected,
+    one_answer,
+    rest,
+    sent_until_closed,
+    statuses,
+)
 from tests.app.serving import ALICE, PATIENCE, Service, running, wait_for
 from tests.paths import EXAMPLES
 
@@ -289,10 +298,10 @@ def test_what_comes_after_a_refusal_is_read_for_a_moment_only(
 
 def test_a_refusal_of_a_short_body_leaves_the_connection_open(guarded_service: Any) -> None:
     with connected(guarded_service.port, POST + b"Content-Length: 600\r\n\r\n") as connection:
-        first = connection.recv(1 << 16)
+        first = one_answer(connection)
         assert statuses(first) == [401] and b"connection: close" not in first
         connection.sendall(b"1,2,3\n" * 100 + GET)
-        assert statuses(connection.recv(1 << 16)) == [200]
+        assert statuses(one_answer(connection)) == [200]
 
 
 # Answers.
@@ -333,7 +342,7 @@ def test_beyond_the_limit_connections_without_a_request_give_way(patient: Servic
             assert rest(idle[0]) == b""
             # The newest is still there.
             idle[-1].sendall(GET[9:])
-            assert statuses(idle[-1].recv(1 << 16)) == [200]
+            assert statuses(one_answer(idle[-1])) == [200]
         assert patient.log.read_text().count("places are taken") == 1
 
 
