@@ -214,6 +214,8 @@ async def fit_batch(request: Request) -> Response:
         if isinstance(opened, jobs.Reply):
             request.state.facts |= opened.facts
             return Response(opened.content, opened.status, opened.headers, opened.media_type)
+        if unpacked is not None:
+            resources.enter_context(spool.share()).reach(size(unpacked))
         kept = resources.pop_all()
     run = partial(run, abandoned=request.is_disconnected)
     metrics, facts = request.app.state.metrics, request.state.facts

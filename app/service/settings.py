@@ -154,7 +154,8 @@ class Settings(BaseSettings):
     max_spooled_bytes: int | None = Field(
         default=None,
         ge=0,
-        description="bytes of bodies that may be in the temporary directory at one time",
+        description="bytes of bodies that may be in the temporary directory at one time, "
+        "unpacked ones of batches included; the points of their segments come on top",
         json_schema_extra={"x-default": "half of what is free there at the start"},
     )
     temporary_directory: DirectoryPath | None = Field(

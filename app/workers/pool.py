@@ -15,8 +15,8 @@ from .line import LOOK, Abandoned, Line, Turn
 from .pipe import Pipe
 from .worker import Work, serve
 
-SMALL, LARGE, BATCHES = "small", "large", "batches"
-"""The lanes: requests with small and with large clouds, and the items of all batches."""
+SMALL, LARGE, BATCHES, LARGE_ITEMS = "small", "large", "batches", "large items"
+"""The lanes: requests with small and with large clouds, and the small and large items of all batches."""
 
 _START_LIMIT = 120.0
 _START_PAUSE = 2.0
@@ -150,13 +150,15 @@ class WorkerPool:
     ) -> None:
         context = process_context(preload or [])
         self._workers = [_Worker(context, warm, work, litter) for _ in range(size)]
-        self._line: Line[_Worker] = Line((SMALL, LARGE, BATCHES), size)
+        self._line: Line[_Worker] = Line((SMALL, LARGE, BATCHES, LARGE_ITEMS), size)
         self._warm: set[_Worker] = set()
         self._tasks: set[asyncio.Task[Any]] = set()
         self._stopped = False
         self._time_limit, self._queue_size = time_limit, queue_size
         self.n_busy = 0
-        self._turns, self._n_batches, self._n_items = asyncio.Semaphore(size), 0, 0
+        # Large items that may not begin must not hold up the small ones.
+        self._turns = {heavy: asyncio.Semaphore(max(1, size - heavy)) for heavy in (False, True)}
+        self._n_batches, self._n_items = 0, 0
 
     @property
     def size(self) -> int:
@@ -253,8 +255,9 @@ class WorkerPool:
 
         async def run(job: Any, abandoned: Abandoned, *, heavy: bool = False) -> Any:
             with self._counted() as begun:
-                async with mine, self._turns:
-                    turn = await self._line.turn(BATCHES, heavy, None, abandoned)
+                async with mine, self._turns[heavy]:
+                    lane = LARGE_ITEMS if heavy else BATCHES
+                    turn = await self._line.turn(lane, heavy, None, abandoned)
                     begun()
                     if turn is None:
                         return None

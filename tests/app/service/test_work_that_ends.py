@@ -1,5 +1,6 @@
 """Work that ends with its client, its deadline, its memory, its service; and room for bodies."""
 
+import gzip
 import http.client
 import io
 import os
@@ -159,6 +160,17 @@ def test_bodies_have_so_much_room_together(narrow: Service) -> None:
     connection.endheaders()
     assert connection.sock.recv(25).startswith(b"HTTP/1.1 100 ")
     connection.close()
+
+
+def test_what_a_batch_unpacks_to_counts(narrow: Service) -> None:
+    rows = np.random.default_rng(1).integers(0, 10**6, (20_000, 3))
+    block = "".join(f"{x},{y},{z}\n" for x, y, z in rows.tolist()).encode()
+    body = gzip.compress(block * (41_000_000 // len(block)), 1)
+    assert len(body) < 30_000_000
+    headers = {"Content-Encoding": "gzip", "Content-Type": "text/csv"}
+    response = narrow.client.post("/fit/batch", content=body, headers=headers)
+    assert response.status_code == 507, response.text
+    wait_for(lambda: _is_clean(narrow))
 
 
 def test_workers_and_files_end_with_a_service_that_is_killed(tmp_path: Path) -> None:

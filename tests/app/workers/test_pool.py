@@ -189,6 +189,27 @@ def test_large_ones_leave_a_worker_to_small_ones() -> None:
     asyncio.run(use())
 
 
+def test_large_items_of_a_batch_do_not_hold_up_small_ones_of_another() -> None:
+    async def use() -> None:
+        pool = WorkerPool(2, os.getpid, time.sleep)
+        pool.start()
+        try:
+            await _until(lambda: pool.n_warm == 2)
+            with pool.batch() as first, pool.batch() as second:
+                large = [asyncio.create_task(first(PATIENCE, _wanted, heavy=True)) for _ in range(4)]
+                await _until(lambda: pool.n_busy == 1 and pool.n_waiting["batches"] == 3)
+                await asyncio.wait_for(
+                    asyncio.gather(*(second(0.0, _wanted) for _ in range(9))), PATIENCE / 2
+                )
+                assert pool.n_busy == 1
+                for task in large:
+                    task.cancel()
+        finally:
+            pool.stop()
+
+    asyncio.run(use())
+
+
 @needs_proc
 def test_a_worker_ends_with_its_service_and_takes_the_temporary_files_along(tmp_path: Path) -> None:
     """Also in the middle of a job; the service is killed, so that it can do nothing."""
