@@ -100,8 +100,10 @@ class Connection(HttpToolsProtocol):
         self._unsettled += len(data)
         try:
             self.parser.feed_data(data)
-        except httptools.HttpParserUpgrade:
-            # It is answered as if it had not asked for another protocol, and is the last one.
+        except httptools.HttpParserUpgrade as upgrade:
+            if self._is_upgrade():
+                return self._feed(self._without_upgrade()) and self._feed(data[upgrade.args[0] :])
+            # What would follow CONNECT is not HTTP: it is answered, and is the last one.
             self.cycle.keep_alive, self._last_words = False, b""
             return False
         except httptools.HttpParserError as error:
@@ -113,11 +115,29 @@ class Connection(HttpToolsProtocol):
         self._refuse(HeadTooLargeError(f"the head of the request is over {MAX_HEAD_BYTES} bytes"))
         return False
 
+    def _is_upgrade(self) -> bool:
+        """Whether the request asks for another protocol, as Java's client does with each that it sends.
+
+        The parser then skips its body, although a server that goes on with HTTP/1.1 has to read it.
+        """
+        return self.parser.should_upgrade() and self.parser.get_method() != b"CONNECT"
+
+    def _without_upgrade(self) -> bytes:
+        """The head of such a request for a new parser, which reads the body: without the header `Upgrade`."""
+        method, version = self.parser.get_method(), self.parser.get_http_version().encode()
+        lines = [b"%s: %s" % line for line in self.headers if line[0] != b"upgrade"]
+        self.parser, self._unsettled = httptools.HttpRequestParser(self), 0
+        # As uvicorn sets the first one: requests after `Connection: close` are answered.
+        self.parser.set_dangerous_leniencies(lenient_data_after_close=True)
+        return b"\r\n".join([b"%s %s HTTP/%s" % (method, self.url, version), *lines, b"", b""])
+
     def on_headers_complete(self) -> None:
         if len(self.headers) > MAX_HEADERS:
             raise HeadTooLargeError(f"there are {len(self.headers)} headers; the limit is {MAX_HEADERS}")
         if len(self.pipeline) >= MAX_PIPELINED:
             raise MalformedRequestError(f"over {MAX_PIPELINED} requests wait on this connection already")
+        if self._is_upgrade():
+            return
         super().on_headers_complete()
         self._arriving, self._unsettled = _BODY, 0
         self._door.works(self)
@@ -132,6 +152,8 @@ class Connection(HttpToolsProtocol):
         super().on_body(body)
 
     def on_message_complete(self) -> None:
+        if self._is_upgrade():
+            return
         super().on_message_complete()
         self._arriving, self._unsettled = _NOTHING, 0
         if self._is_awaited:

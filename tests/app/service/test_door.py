@@ -186,12 +186,69 @@ def test_trailers_are_bounded_and_are_no_headers(hasty: Service) -> None:
     _problem(endless, 431, "head-too-large")
 
 
-def test_another_protocol_is_not_spoken_but_the_request_is_answered(hasty: Service) -> None:
-    """As `curl --http2` asks."""
-    upgrade = (
-        GET[:-2] + b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: AAMAAABk\r\n\r\n"
-    )
-    assert statuses(answer(hasty.port, upgrade)) == [200]
+H2C = b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: AAMAAABk\r\n"
+"""As `curl --http2` asks, and Java's client with each request."""
+UPGRADES = {"h2c": H2C, "websocket": b"Connection: keep-alive, Upgrade\r\nUpgrade: websocket\r\n"}
+BODIES = {
+    "a length": (b"Content-Length: %d\r\n" % len(CSV), CSV),
+    "chunks": (CHUNKED, b"%x\r\n%s\r\n0\r\nUpgrade: h2c\r\n\r\n" % (len(CSV), CSV)),
+}
+
+
+@pytest.mark.parametrize(("framing", "body"), BODIES.values(), ids=BODIES)
+@pytest.mark.parametrize("upgrade", UPGRADES.values(), ids=UPGRADES)
+def test_another_protocol_is_not_spoken_but_requests_are_answered(
+    hasty: Service, upgrade: bytes, framing: bytes, body: bytes
+) -> None:
+    """With their bodies, in whatever pieces they come, and the connection goes on."""
+    request = POST + upgrade + framing + b"\r\n" + body
+    last = GET[:-2] + b"Connection: close, Upgrade\r\nUpgrade: h2c\r\n\r\n"
+    answered = answer(hasty.port, request + GET[:-2] + upgrade + b"\r\n" + request + last)
+    assert statuses(answered) == [200] * 4 and answered.count(b'"cylinder"') >= 2
+    head = len(request) - len(body)
+    for cut in (30, head - 1, head, head + 1, head + 1000):
+        with connected(hasty.port, request[:cut]) as connection:
+            time.sleep(0.05)
+            connection.sendall(request[cut:])
+            assert statuses(one_answer(connection)) == [200]
+            connection.sendall(last)
+            assert statuses(rest(connection)) == [200]
+
+
+def test_a_wish_to_close_is_heard_beside_that_for_another_protocol(hasty: Service) -> None:
+    request = GET[:-2] + b"Connection: close\r\n" + H2C + b"\r\n"
+    answered = answer(hasty.port, request)
+    assert statuses(answered) == [200] and b"connection: close" in answered
+
+
+def test_the_limits_hold_for_who_asks_for_another_protocol(hasty: Service) -> None:
+    begun = GET[:-2] + b"Connection: close\r\n" + H2C
+    # Without a space, which the new head has.
+    lines = b"a:b\r\n" * (100 - begun.count(b": "))
+    assert statuses(answer(hasty.port, begun + lines + b"\r\n")) == [200]
+    assert statuses(answer(hasty.port, begun + lines + b"a:b\r\n\r\n")) == [431]
+    full = begun + lines.removesuffix(b"\r\n") + b"b" * (HEAD - len(begun + lines) - 2) + b"\r\n\r\n"
+    assert len(full) == HEAD and statuses(answer(hasty.port, full)) == [200]
+    assert statuses(answer(hasty.port, full.replace(b"bb", b"bbb", 1))) == [431]
+    assert statuses(answer(hasty.port, (GET[:-2] + H2C + b"\r\n") * 1000)) == [200] * 33 + [400]
+
+
+@pytest.mark.parametrize("headers", AMBIGUOUS.values(), ids=AMBIGUOUS)
+def test_a_body_whose_end_is_not_certain_is_refused_with_a_wish_for_another_protocol(
+    hasty: Service, headers: bytes
+) -> None:
+    for request in (POST + H2C + headers, POST + headers + H2C):
+        answered = answer(hasty.port, request + b"\r\n" + SMUGGLED)
+        _problem(answered, 400, "malformed-request")
+        assert len(statuses(answered)) == 1
+
+
+def test_who_wants_a_tunnel_is_refused_and_no_more_is_read(hasty: Service) -> None:
+    """Also with a body, or the wish for another protocol: the parser takes CONNECT for one by itself."""
+    for more in (b"", H2C, b"Content-Length: 5\r\n"):
+        tunnel = b"CONNECT %s HTTP/1.1\r\nHost: localhost\r\n" + more + b"\r\n" + GET
+        assert statuses(answer(hasty.port, tunnel % b"/fit")) == [405]
+        assert statuses(answer(hasty.port, tunnel % b"example.com:443")) == [400]
 
 
 # Requests that follow one another without waiting.
