@@ -3,9 +3,11 @@
 import asyncio
 import sys
 import uuid
+from functools import partial
 from typing import Any
 
 import httptools
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.flow_control import HIGH_WATER_LIMIT, FlowControl
 from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol, RequestResponseCycle
 
@@ -140,7 +142,6 @@ class Connection(HttpToolsProtocol):
             return
         super().on_headers_complete()
         self._arriving, self._unsettled = _BODY, 0
-        self._door.works(self)
         # Fields after a body, which uvicorn would add to the headers of a request that is under way.
         self.headers = []
         if self.pipeline:
@@ -179,8 +180,19 @@ class Connection(HttpToolsProtocol):
 
     def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
         self._answering = cycle
+        self._door.works(self)
         self._outgoing.restart()
-        super()._start_asgi_task(cycle, app)
+        super()._start_asgi_task(cycle, partial(self._answered_by, app))
+
+    async def _answered_by(self, app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
+        """The application; a stream of events gives way to others: its client asks on where it ended."""
+
+        async def sent(message: Message) -> None:
+            if message["type"] == "http.response.start" and _is_event_stream(message):
+                self._door.waits(self)
+            await send(message)
+
+        await app(scope, receive, sent)
 
     def on_response_complete(self) -> None:
         self._answering = None
@@ -322,6 +334,11 @@ class Connection(HttpToolsProtocol):
         self._dropped += n_bytes
         if self._dropped > _LINGER_BYTES:
             self.transport.close()
+
+
+def _is_event_stream(start: Message) -> bool:
+    media_type: bytes = dict(start["headers"]).get(b"content-type", b"")
+    return media_type.partition(b";")[0] == b"text/event-stream"
 
 
 def _n_sent(descriptor: int) -> int:

@@ -27,6 +27,7 @@ from tests.app.service.connections import (
     sent_until_closed,
     statuses,
 )
+from tests.app.service.test_jobs import ended, hand_in, many
 from tests.app.serving import ALICE, PATIENCE, Service, running, wait_for
 from tests.paths import EXAMPLES
 
@@ -50,8 +51,9 @@ def hasty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
 
 @pytest.fixture(scope="module")
 def patient(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    """A service that has few places, and the times that it has by default."""
-    with running(tmp_path_factory.mktemp("bodies"), workers=1, max_connections=PLACES) as started:
+    """A service that has few places, and the times that it has by default, and keeps jobs."""
+    folder, jobs = tmp_path_factory.mktemp("bodies"), tmp_path_factory.mktemp("jobs")
+    with running(folder, workers=1, max_connections=PLACES, jobs_path=jobs) as started:
         yield started
 
 
@@ -415,6 +417,66 @@ def test_beyond_the_limit_connections_are_refused_and_later_served_again(hasty: 
         assert b"Retry-After: 1" in answered
         # Each of these has its time, and then there are places again.
         wait_for(lambda: statuses(answer(hasty.port, GET[:-2] + b"Connection: close\r\n\r\n")) == [200], SOON)
+
+
+@pytest.fixture
+def followed(patient: Service) -> Iterator[str]:
+    """The path of a job that does not end soon."""
+    path = hand_in(patient, many(2000))
+    yield path
+    patient.client.delete(path)
+
+
+def _following(
+    service: Service, path: str, last_id: int = 0, more: bytes = b""
+) -> tuple[socket.socket, bytes]:
+    """A connection that gets the events of a job behind one of them, and what came until the first result."""
+    asked = GET[:-2].replace(b"/livez", f"{path}/events".encode())
+    connection = connected(service.port, asked + b"Last-Event-ID: %d\r\n\r\n" % last_id + more)
+    received = b""
+    while b"\nid: " not in received:
+        received += connection.recv(1 << 16)
+    return connection, received
+
+
+def test_beyond_the_limit_streams_of_events_give_way_and_go_on_elsewhere(
+    patient: Service, followed: str
+) -> None:
+    """Also those on whose connections other requests wait, which would hold their places for as long."""
+    with ExitStack() as stack:
+        streams = [_following(patient, followed, more=more) for more in [GET, b""] * (PLACES // 2)]
+        for connection, _ in streams:
+            stack.enter_context(connection)
+        last = GET[:-2] + b"Connection: close\r\n\r\n"
+        # Each of these leaves a place for the next one.
+        for _ in range(3):
+            assert statuses(answer(patient.port, last)) == [200]
+        # The oldest is closed before it has told all; the newest still tells.
+        oldest, told = streams[0]
+        told += rest(oldest)
+        assert b"id: end" not in told
+        assert b"event: result" in streams[-1][0].recv(1 << 16)
+        # Whoever names the last event that came whole goes on behind it.
+        last_id = int(told[: told.rindex(b"\n\n")].rpartition(b"\nid: ")[2].split()[0])
+        resumed, goes_on = _following(patient, followed, last_id)
+        stack.enter_context(resumed)
+        assert b"event: result\nid: %d\n" % (last_id + 1) in goes_on
+        assert b"id: %d\n" % last_id not in goes_on
+
+
+def test_the_next_request_behind_a_stream_of_events_has_a_place(patient: Service) -> None:
+    """A request whose answer is no stream is not cut off, although one was before on its connection."""
+    path = hand_in(patient, many(5))
+    ended(patient, path)
+    stream = GET.replace(b"/livez", f"{path}/events".encode())
+    half = POST + b"Content-Length: 100000\r\n\r\n"
+    with ExitStack() as stack:
+        first = stack.enter_context(connected(patient.port, stream + half))
+        for _ in range(PLACES - 1):
+            stack.enter_context(connected(patient.port, half))
+        time.sleep(0.5)
+        _problem(answer(patient.port, b""), 503, "too-many-connections")
+        assert b"id: end" in first.recv(1 << 16)
 
 
 @pytest.mark.skipif(not hasattr(resource, "prlimit"), reason="limits another process, as Linux can")
