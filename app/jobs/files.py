@@ -52,6 +52,14 @@ class JobFiles:
     def remove_body(self) -> None:
         self.body.unlink(missing_ok=True)
 
+    def are_lost(self, parts: Sequence[Part]) -> bool:
+        """Whether the body or results are gone, while the folder of all jobs is there.
+
+        Where that is not there either, its disk may come back.
+        """
+        needed = [self.body, *map(self._results, parts), *map(self._index_file, parts)]
+        return self.folder.parent.is_dir() and not all(path.exists() for path in needed)
+
     def told(self, parts: Sequence[Part]) -> list[items.Told]:
         """What the lines so far are about, without the summary."""
         found = []
@@ -106,7 +114,7 @@ class Appender:
         Raises
         ------
         InsufficientStorageError
-            The disk is full; then it is as if nothing had been written.
+            The disk is full, or refuses; then it is as if nothing had been written.
         """
         content, index, end = b"".join(line for _, line in lines), b"", self.part.bytes
         for told, line in lines:
@@ -166,7 +174,7 @@ class Folder:
         Raises
         ------
         InsufficientStorageError
-            The disk is full; then nothing of it stays.
+            The disk is full, or refuses; then nothing of it stays.
         """
         files = self.of(job_id)
         try:
