@@ -101,7 +101,7 @@ class Desk:
     def clear_strays(self) -> int:
         """Remove files that no record names, and say of how many jobs: a service died while it took them in.
 
-        Only where somebody asks for it: another database than that of the folder would name none.
+        Only where somebody asks for it; a database that is not that of the folder refuses.
         """
         # In this order: a job that comes meanwhile has its files first.
         there = self.folder.ids()

@@ -8,6 +8,7 @@ about. What counts is what the record of the job counts; what stands behind that
 import os
 import shutil
 import struct
+import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -15,7 +16,7 @@ from pathlib import Path
 import orjson
 
 from ..engine import items
-from ..wire.problems import room_needed
+from ..wire.problems import JobsUnavailableError, room_needed
 from ..workers.batch_jobs import Stretch
 from .record import Part
 
@@ -28,6 +29,10 @@ _DISK = "jobs"
 
 Line = tuple[items.Told | None, bytes]
 """A line with what it is about; the summary is about nothing."""
+
+
+class WrongDatabaseError(JobsUnavailableError):
+    """The database of the jobs is not that of their folder."""
 
 
 class JobFiles:
@@ -46,6 +51,14 @@ class JobFiles:
 
     def remove_body(self) -> None:
         self.body.unlink(missing_ok=True)
+
+    def are_lost(self, parts: Sequence[Part]) -> bool:
+        """Whether the body or results are gone, while the folder of all jobs is there.
+
+        Where that is not there either, its disk may come back.
+        """
+        needed = [self.body, *map(self._results, parts), *map(self._index_file, parts)]
+        return self.folder.parent.is_dir() and not all(path.exists() for path in needed)
 
     def told(self, parts: Sequence[Part]) -> list[items.Told]:
         """What the lines so far are about, without the summary."""
@@ -101,7 +114,7 @@ class Appender:
         Raises
         ------
         InsufficientStorageError
-            The disk is full; then it is as if nothing had been written.
+            The disk is full, or refuses; then it is as if nothing had been written.
         """
         content, index, end = b"".join(line for _, line in lines), b"", self.part.bytes
         for told, line in lines:
@@ -128,6 +141,30 @@ class Folder:
         self.path.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._jobs.mkdir(mode=0o700, exist_ok=True)
 
+    def belong(self, database: str, is_empty: bool) -> None:
+        """Check that this is the folder of a database, which is noted when both are new.
+
+        Parameters
+        ----------
+        database : its id, for ever
+        is_empty : whether it has no record
+
+        Raises
+        ------
+        WrongDatabaseError
+            It is not: no record would be found, and the files of all jobs would seem to be nobody's.
+        """
+        note = self.path / "database"
+        if not note.exists() and is_empty and not self.ids():
+            _write_once(note, database)
+        if not note.exists() or note.read_text() != database:
+            raise WrongDatabaseError(
+                "jobs_path and jobs_database do not belong together: the folder is not the one that this "
+                "database was used with (without jobs_database it is jobs.sqlite in jobs_path). "
+                "Set both as they were, or let jobs_path name an empty folder and jobs_database an empty "
+                "database"
+            )
+
     def of(self, job_id: str) -> JobFiles:
         return JobFiles(self._jobs / job_id)
 
@@ -137,7 +174,7 @@ class Folder:
         Raises
         ------
         InsufficientStorageError
-            The disk is full; then nothing of it stays.
+            The disk is full, or refuses; then nothing of it stays.
         """
         files = self.of(job_id)
         try:
@@ -164,6 +201,17 @@ class Folder:
     def ids(self) -> set[str]:
         """The jobs of which there is something."""
         return set(os.listdir(self._jobs))
+
+
+def _write_once(path: Path, text: str) -> None:
+    """A small file that appears whole, and only where there is none: of several services one makes it."""
+    with room_needed(_DISK), tempfile.NamedTemporaryFile("w", dir=path.parent) as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+        with suppress(FileExistsError):
+            os.link(file.name, path)
+    _sync(path.parent)
 
 
 def _write_at(path: Path, position: int, content: bytes) -> None:

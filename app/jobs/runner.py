@@ -14,7 +14,6 @@ from ..wire.problems import (
     InsufficientStorageError,
     JobsUnavailableError,
     WorkerDiedError,
-    full_disk,
     problem,
 )
 from ..workers import logs
@@ -153,7 +152,7 @@ class Attempt:
         self._lines: list[Line] = []
         self._summary: dict[str, int] | None = None
         self._room = asyncio.Event()
-        self._complaint = _Complaint()
+        self._complaint, self._waiting = _Complaint(), _Complaint()
 
     async def run(self) -> None:
         REQUEST_ID.set(self._job.request.get("request_id"))
@@ -173,21 +172,28 @@ class Attempt:
             await asyncio.wait({maker})
 
     async def _make(self) -> None:
-        """Every line from the first that is not told."""
-        self._told = await self._desk.call(self._files.told, self._progress.parts)
+        """Every line from the first that is not told.
+
+        What the machine refuses for now is waited for: a job fails for that only where its files are lost.
+        """
+        before = self._progress.parts
+        told: list[items.Told] | None = None
         while True:
             try:
+                if told is None:
+                    told = self._told = await self._desk.call(self._files.told, before)
                 async with aclosing(self._work(self._job, self._files, tuple(self._told))) as lines:
                     async for line in lines:
                         await self._take(line)
                 return
             except (BusyError, InsufficientStorageError, OSError) as error:
-                if isinstance(error, OSError) and full_disk(error) is None:
+                if await self._desk.call(self._files.are_lost, before):
                     raise
-                self._complaint.about(error)
+                self._waiting.about(error)
                 await asyncio.sleep(_LONGEST_PAUSE)
 
     async def _take(self, line: Line) -> None:
+        self._waiting.over()
         told, content = line
         if told is None:
             self._summary = orjson.loads(content)["summary"]

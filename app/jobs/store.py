@@ -5,9 +5,11 @@ whether the last one was made. An attempt at a job changes its record only while
 (compare-and-swap), so whoever lost a job to another service is told so by a count of rows that is 0.
 """
 
+import os
 import sqlite3
 import threading
-from collections.abc import Iterator, Mapping
+import uuid
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -63,20 +65,41 @@ _jobs = sa.Table(
     sa.UniqueConstraint("owner", "key"),
     sqlite_autoincrement=True,
 )
+_database = sa.Table("primfit_database", _metadata, sa.Column("id", sa.String, primary_key=True))
+"""One row, which tells this database from every other one."""
+
+
+def _anywhere(_database: str, _is_empty: bool) -> None:
+    """The check of a database that belongs to no folder."""
 
 
 class Store:
     """Records of jobs, for several services at once."""
 
-    def __init__(self, url: str, clock: SteadyClock, keep: float) -> None:
-        """`keep` is how many seconds a job stays after its end."""
-        self._clock, self._keep = clock, keep
+    def __init__(
+        self,
+        url: str,
+        clock: SteadyClock,
+        keep: float,
+        check: Callable[[str, bool], None] = _anywhere,
+    ) -> None:
+        """`keep` is how many seconds a job stays after its end.
+
+        `check` is told the id of the database, and whether it has no record, when it is first spoken to;
+        while that raises an error, everything does.
+        """
+        self._clock, self._keep, self._check = clock, keep, check
         self._engine = _engine(url)
         self._writing = self._engine.execution_options(writes=True)
         self._made, self._making = False, threading.Lock()
 
     def close(self) -> None:
         self._engine.dispose()
+
+    def open(self) -> None:
+        """Speak to the database, and check that it is the right one."""
+        with self._reading():
+            pass
 
     def add(self, new: NewJob, most_jobs: int, most_bytes: int) -> Job:
         """Keep a new job; where its owner sent one under the same key before, that one.
@@ -309,6 +332,12 @@ class Store:
                     # Two services that start together would both find none.
                     connection.execute(sa.select(sa.func.pg_advisory_xact_lock(sa.func.hashtext("primfit"))))
                 _metadata.create_all(connection)
+                found = connection.execute(sa.select(_database.c.id)).scalar_one_or_none()
+                if found is None:
+                    found = str(uuid.uuid4())
+                    connection.execute(_database.insert().values(id=found))
+                is_empty = connection.execute(sa.select(_jobs.c.id).limit(1)).first() is None
+            self._check(found, is_empty)
             self._made = True
 
 
@@ -320,6 +349,8 @@ def sqlite_url(folder: Path) -> str:
 def _engine(url: str) -> Engine:
     parsed = sa.make_url(url)
     if parsed.get_backend_name() == "sqlite":
+        # Its user's only, as the folder that is made for it; the files beside it get the same rights.
+        os.close(os.open(str(parsed.database), os.O_RDWR | os.O_CREAT, 0o600))
         engine = sa.create_engine(parsed, connect_args={"timeout": _BUSY_SECONDS})
         sa.event.listen(engine, "connect", _set_up_sqlite)
         sa.event.listen(engine, "begin", _begin_sqlite)

@@ -3,9 +3,11 @@
 import asyncio
 import sys
 import uuid
+from functools import partial
 from typing import Any
 
 import httptools
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.flow_control import HIGH_WATER_LIMIT, FlowControl
 from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol, RequestResponseCycle
 
@@ -100,8 +102,10 @@ class Connection(HttpToolsProtocol):
         self._unsettled += len(data)
         try:
             self.parser.feed_data(data)
-        except httptools.HttpParserUpgrade:
-            # It is answered as if it had not asked for another protocol, and is the last one.
+        except httptools.HttpParserUpgrade as upgrade:
+            if self._is_upgrade():
+                return self._feed(self._without_upgrade()) and self._feed(data[upgrade.args[0] :])
+            # What would follow CONNECT is not HTTP: it is answered, and is the last one.
             self.cycle.keep_alive, self._last_words = False, b""
             return False
         except httptools.HttpParserError as error:
@@ -113,14 +117,31 @@ class Connection(HttpToolsProtocol):
         self._refuse(HeadTooLargeError(f"the head of the request is over {MAX_HEAD_BYTES} bytes"))
         return False
 
+    def _is_upgrade(self) -> bool:
+        """Whether the request asks for another protocol, as Java's client does with each that it sends.
+
+        The parser then skips its body, although a server that goes on with HTTP/1.1 has to read it.
+        """
+        return self.parser.should_upgrade() and self.parser.get_method() != b"CONNECT"
+
+    def _without_upgrade(self) -> bytes:
+        """The head of such a request for a new parser, which reads the body: without the header `Upgrade`."""
+        method, version = self.parser.get_method(), self.parser.get_http_version().encode()
+        lines = [b"%s: %s" % line for line in self.headers if line[0] != b"upgrade"]
+        self.parser, self._unsettled = httptools.HttpRequestParser(self), 0
+        # As uvicorn sets the first one: requests after `Connection: close` are answered.
+        self.parser.set_dangerous_leniencies(lenient_data_after_close=True)
+        return b"\r\n".join([b"%s %s HTTP/%s" % (method, self.url, version), *lines, b"", b""])
+
     def on_headers_complete(self) -> None:
         if len(self.headers) > MAX_HEADERS:
             raise HeadTooLargeError(f"there are {len(self.headers)} headers; the limit is {MAX_HEADERS}")
         if len(self.pipeline) >= MAX_PIPELINED:
             raise MalformedRequestError(f"over {MAX_PIPELINED} requests wait on this connection already")
+        if self._is_upgrade():
+            return
         super().on_headers_complete()
         self._arriving, self._unsettled = _BODY, 0
-        self._door.works(self)
         # Fields after a body, which uvicorn would add to the headers of a request that is under way.
         self.headers = []
         if self.pipeline:
@@ -132,6 +153,8 @@ class Connection(HttpToolsProtocol):
         super().on_body(body)
 
     def on_message_complete(self) -> None:
+        if self._is_upgrade():
+            return
         super().on_message_complete()
         self._arriving, self._unsettled = _NOTHING, 0
         if self._is_awaited:
@@ -157,8 +180,19 @@ class Connection(HttpToolsProtocol):
 
     def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
         self._answering = cycle
+        self._door.works(self)
         self._outgoing.restart()
-        super()._start_asgi_task(cycle, app)
+        super()._start_asgi_task(cycle, partial(self._answered_by, app))
+
+    async def _answered_by(self, app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
+        """The application; a stream of events gives way to others: its client asks on where it ended."""
+
+        async def sent(message: Message) -> None:
+            if message["type"] == "http.response.start" and _is_event_stream(message):
+                self._door.waits(self)
+            await send(message)
+
+        await app(scope, receive, sent)
 
     def on_response_complete(self) -> None:
         self._answering = None
@@ -300,6 +334,11 @@ class Connection(HttpToolsProtocol):
         self._dropped += n_bytes
         if self._dropped > _LINGER_BYTES:
             self.transport.close()
+
+
+def _is_event_stream(start: Message) -> bool:
+    media_type: bytes = dict(start["headers"]).get(b"content-type", b"")
+    return media_type.partition(b";")[0] == b"text/event-stream"
 
 
 def _n_sent(descriptor: int) -> int:

@@ -28,8 +28,9 @@ class Guest(Protocol):
 class Door:
     """The connections of a service, of which so many have a place.
 
-    Where all are taken, the one that has waited longest for a request gives way to a new one. A request that
-    has arrived is never cut off for another: where all places have one, who comes is refused.
+    Where all are taken, the one that has waited longest gives way to a new one: for a request, or for events
+    that it sends on. Any other request that is answered is never cut off for another: where all places have
+    one, who comes is refused.
     """
 
     def __init__(self, settings: Settings, metrics: Metrics) -> None:
@@ -46,12 +47,12 @@ class Door:
         return True
 
     def waits(self, guest: Guest) -> None:
-        """This connection has no request under way."""
+        """This connection has no request under way, or one that waits for events, and can go on elsewhere."""
         if guest in self._inside:
             self._idle[guest] = None
 
     def works(self, guest: Guest) -> None:
-        """The head of a request has arrived."""
+        """A request of this connection begins to be answered."""
         self._idle.pop(guest, None)
 
     def leaves(self, guest: Guest) -> None:
@@ -94,7 +95,7 @@ class Door:
         if oldest is None:
             return False
         _log.warning(
-            "All %d places are taken (max_connections): connections that wait for a request give way",
+            "All %d places are taken (max_connections): those that wait for requests or events give way",
             self.settings.max_connections,
         )
         self.leaves(oldest)

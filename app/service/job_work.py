@@ -28,6 +28,7 @@ _TRIES = 3
 """Workers that may end over an item before this is the answer for it."""
 _NO_SPACE = KINDS[InsufficientStorageError].slug
 _PIECE = 1 << 20
+_GONE = "files that a worker needs are gone"
 
 
 class JobWork:
@@ -45,6 +46,8 @@ class JobWork:
             The body is not opened any more.
         InsufficientStorageError, BusyError
             There is no room now for temporary files, or for one more batch.
+        FileNotFoundError
+            The body, or a temporary file, is gone.
         """
         async with AsyncExitStack() as resources:
             run = _steady(resources.enter_context(self._pool.batch()))
@@ -55,7 +58,7 @@ class JobWork:
             if isinstance(opened, Reply):
                 raise JobRefusedError(opened.content)
             if opened is None:
-                raise ClientDisconnect
+                raise FileNotFoundError(_GONE)
             batch = _PatientBatch(
                 job.request["request_id"],
                 unpacked or files.body,
@@ -70,8 +73,11 @@ class JobWork:
                 told,
             )
             async with aclosing(batch.told_lines()) as lines:
-                async for line in lines:
-                    yield line
+                try:
+                    async for line in lines:
+                        yield line
+                except ClientDisconnect:  # no client can have gone: a worker has missed a file
+                    raise FileNotFoundError(_GONE) from None
 
 
 class _PatientBatch(Batch):

@@ -36,6 +36,30 @@ async def jobs_kept(app: FastAPI) -> AsyncIterator[None]:
         desk.close()
 
 
+def check_database(settings: Settings) -> None:
+    """Look whether `jobs_database` is that of `jobs_path`; one that does not answer is looked at later.
+
+    Raises
+    ------
+    WrongDatabaseError
+        It is not.
+    """
+    if settings.jobs_path is None:
+        return
+    from ..jobs.files import WrongDatabaseError
+    from ..wire.problems import InsufficientStorageError, JobsUnavailableError
+
+    desk = open_desk(settings)
+    try:
+        desk.store.open()
+    except WrongDatabaseError:
+        raise
+    except (JobsUnavailableError, InsufficientStorageError):
+        pass
+    finally:
+        desk.close()
+
+
 def open_desk(settings: Settings) -> "Desk":
     """The jobs in `jobs_path`, which is made where it is missing, and in `jobs_database`."""
     from ..jobs.clock import SteadyClock
@@ -47,5 +71,5 @@ def open_desk(settings: Settings) -> "Desk":
     folder = Folder(settings.jobs_path)
     database = settings.jobs_database
     url = sqlite_url(folder.path) if database is None else database.get_secret_value()
-    store = Store(url, SteadyClock(), settings.jobs_keep)
+    store = Store(url, SteadyClock(), settings.jobs_keep, folder.belong)
     return Desk(store, folder, settings.jobs_per_client, settings.job_bytes_per_client)

@@ -14,11 +14,13 @@ from typing import Any
 
 import uvicorn
 
+from ..wire.problems import JobsUnavailableError
 from ..workers import logs
 from . import demo as first_look
 from .api import create_app
 from .connection import Connection
 from .door import Door
+from .jobs_kept import check_database
 from .listener import Listener
 from .settings import RENEWABLE, Settings, SettingsError, load
 
@@ -34,6 +36,10 @@ def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -
     given: dict[str, Any] = {"host": host, "port": port, "workers": workers}
     flags = {name: value for name, value in given.items() if value is not None}
     settings = load(**flags)
+    try:
+        check_database(settings)
+    except JobsUnavailableError as error:
+        raise SettingsError(str(error)) from None
     with listen(settings.host, settings.port) as listener:
         logs.configure(settings.log_format)
         address, taken_port = listener.getsockname()[:2]

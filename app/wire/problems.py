@@ -248,7 +248,7 @@ class Problem:
 
 def problem(error: Exception, instance: str) -> Problem:
     """The problem document of an exception; `instance` identifies the request."""
-    error = full_disk(error) or error
+    error = no_room(error) or error
     kind = _kind(error)
     detail, errors = _describe(error)
     document: dict[str, Any] = {
@@ -301,20 +301,32 @@ def _path(prefix: str, steps: Sequence[int | str]) -> str:
     return (prefix + path).removeprefix(".")
 
 
-def full_disk(error: Exception, what: str = "temporary files") -> InsufficientStorageError | None:
-    """What the system says of a full disk, in our terms, and `what` it is for; None for anything else."""
-    if not isinstance(error, OSError) or error.errno not in (errno.ENOSPC, errno.EDQUOT):
-        return None
-    return InsufficientStorageError(f"the disk for {what} is full; try again later")
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_NO_MORE_FILES = (errno.EMFILE, errno.ENFILE, errno.EROFS)
+
+
+def no_room(error: Exception) -> InsufficientStorageError | None:
+    """What the system says where it has no room for a file, in our terms; None for anything else."""
+    if isinstance(error, OSError) and error.errno in (*_FULL, *_NO_MORE_FILES):
+        return _no_room(error, "temporary files")
+    return None
+
+
+def _no_room(error: OSError, what: str) -> InsufficientStorageError:
+    if error.errno in _FULL:
+        return InsufficientStorageError(f"the disk for {what} is full; try again later")
+    return InsufficientStorageError(f"{what} cannot be written now ({error.strerror}); try again later")
 
 
 @contextmanager
 def room_needed(what: str = "temporary files") -> Iterator[None]:
-    """Raise `InsufficientStorageError` where the disk is full."""
+    """Raise `InsufficientStorageError` where a file cannot be made or written, whatever the system says."""
     try:
         yield
     except OSError as error:
-        raise full_disk(error, what) or error from error
+        if error.errno is None:  # as that of a time limit
+            raise
+        raise _no_room(error, what) from error
 
 
 def _kind(error: Exception) -> Kind:

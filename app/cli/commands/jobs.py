@@ -66,6 +66,7 @@ def clean(
 @contextmanager
 def _desk() -> Iterator["Desk"]:
     """The jobs by the settings in force."""
+    from ...jobs.files import WrongDatabaseError
     from ...service.jobs_kept import open_desk
     from ...service.settings import SettingsError, load
     from ...wire.problems import JobsUnavailableError
@@ -82,6 +83,9 @@ def _desk() -> Iterator["Desk"]:
     desk = open_desk(settings)
     try:
         yield desk
+    except WrongDatabaseError as error:
+        complain("jobs", str(error))
+        raise typer.Exit(BAD_INPUT) from None
     except JobsUnavailableError as error:
         complain("jobs", str(error))
         raise typer.Exit(INTERNAL_ERROR) from None

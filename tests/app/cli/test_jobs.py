@@ -8,8 +8,10 @@ from typer.testing import CliRunner, Result
 
 from primfit.app.cli.commands import app
 from primfit.app.jobs.desk import Desk
+from primfit.app.jobs.files import WrongDatabaseError
+from primfit.app.service import jobs_kept, server
 from primfit.app.service.jobs_kept import open_desk
-from primfit.app.service.settings import Settings
+from primfit.app.service.settings import Settings, SettingsError
 from tests.app.jobs.making import MANY, new
 
 
@@ -21,7 +23,9 @@ def run(*args: str) -> Result:
 def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Desk:
     """The jobs of a service on the folder that is set."""
     monkeypatch.setenv("PRIMFIT_JOBS_PATH", str(tmp_path / "jobs"))
-    return open_desk(Settings(jobs_path=tmp_path / "jobs"))
+    opened = open_desk(Settings(jobs_path=tmp_path / "jobs"))
+    opened.store.open()
+    return opened
 
 
 def _keep(desk: Desk, owner: str) -> str:
@@ -54,6 +58,34 @@ def test_files_of_no_job_are_removed_when_nobody_can_be_taking_them_in(desk: Des
     os.utime(desk.folder.of(kept).folder, (0, 0))
     assert run("clean").stdout == "0 jobs removed, and the files of 1 that no record names\n"
     assert desk.folder.ids() == {kept, "young"}
+
+
+def test_nothing_is_removed_where_the_database_is_not_that_of_the_folder(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = _keep(desk, "alice")
+    os.utime(desk.folder.of(kept).folder, (0, 0))
+    desk.close()
+    (desk.folder.path / "jobs.sqlite").rename(
+        desk.folder.path / "set aside"
+    )  # as if jobs_database was forgotten
+    for _ in range(2):
+        for command in (("clean",), ("clean", "--ended"), ("list",), ("cancel", kept)):
+            done = run(*command)
+            assert done.exit_code == 2
+            assert "jobs_path and jobs_database do not belong together" in done.stderr
+    assert desk.folder.of(kept).body.read_bytes() == b"the body"
+    for at_start in (jobs_kept.check_database, lambda settings: server.serve(None, 0, None, demo=False)):
+        with pytest.raises((WrongDatabaseError, SettingsError), match="jobs_path and jobs_database"):
+            at_start(Settings(jobs_path=desk.folder.path))
+    (desk.folder.path / "set aside").rename(desk.folder.path / "jobs.sqlite")
+    assert run("list").stdout.split()[0] == kept
+
+
+def test_a_folder_without_its_note_is_refused_where_there_are_jobs(desk: Desk) -> None:
+    _keep(desk, "alice")
+    (desk.folder.path / "database").unlink()
+    assert run("list").exit_code == 2  # as where the volume of the jobs is not mounted
 
 
 def test_what_cannot_be_done_is_told(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,7 @@
 """What a service does with jobs, with quick work: each line once, whoever stops, stalls or takes over."""
 
 import asyncio
+import errno
 import json
 import random
 from collections.abc import AsyncGenerator, Callable, Iterator, Sequence
@@ -262,6 +263,52 @@ def test_a_job_waits_for_a_full_disk_and_a_database_that_is_gone(
     asyncio.run(check())
     assert min(calls.values()) > 1
     assert "jobs wait" in caplog.text
+
+
+@pytest.mark.parametrize(
+    "error", [OSError(errno.EMFILE, "Too many open files"), FileNotFoundError("temporary"), PermissionError()]
+)
+def test_what_the_machine_refuses_for_now_fails_no_job(
+    tmp_path: Path, error: OSError, caplog: pytest.LogCaptureFixture
+) -> None:
+    begun_at: list[int] = []
+
+    async def work(job: Job, files: JobFiles, told: Sequence[Told]) -> AsyncGenerator[Line, None]:
+        begun_at.append(len(told))
+        if len(begun_at) < 3:
+            raise error
+        async for line in counting(job, files, told):
+            yield line
+            if len(begun_at) == 3:
+                raise error
+
+    async def check() -> None:
+        with desks(tmp_path) as (desk,):
+            kept = await desk.submit(new(), b"body")
+            runner = _runner(desk, work)
+            job = await _ended(desk, kept.id)
+            assert (job.status, await _results(desk, job)) == ("successful", ALL)
+            await runner.stop()
+
+    asyncio.run(check())
+    assert begun_at == [0, 0, 0, 1]
+    assert caplog.text.count("tried again") == 2  # once before a line came, once behind it
+
+
+def test_a_job_whose_body_is_lost_fails(tmp_path: Path) -> None:
+    async def work(job: Job, files: JobFiles, told: Sequence[Told]) -> AsyncGenerator[Line, None]:
+        files.body.read_bytes()
+        yield None, ALL
+
+    async def check() -> None:
+        with desks(tmp_path) as (desk,):
+            kept = await desk.submit(new(), b"body")
+            desk.folder.of(kept.id).remove_body()
+            runner = _runner(desk, work)
+            assert (await _ended(desk, kept.id)).status == "failed"
+            await runner.stop()
+
+    asyncio.run(check())
 
 
 def test_a_job_that_cannot_be_done_fails_and_says_why(tmp_path: Path) -> None:

@@ -212,6 +212,33 @@ def test_numbers_are_not_given_twice(open_store: Any) -> None:
     assert store.add(new(), 9, MANY).seq > first.seq
 
 
+def test_a_database_keeps_its_id_and_is_checked_until_it_is_the_right_one(open_store: Any) -> None:
+    told: list[tuple[str, bool]] = []
+
+    def refuse(database: str, is_empty: bool) -> None:
+        told.append((database, is_empty))
+        raise JobsUnavailableError("another one")
+
+    store = open_store()
+    store._check = refuse
+    for _ in range(2):
+        with pytest.raises(JobsUnavailableError, match="another one"):
+            store.ids()
+    open_store().add(new(), 9, MANY)
+    with pytest.raises(JobsUnavailableError, match="another one"):
+        store.open()
+    assert told == [(told[0][0], True)] * 2 + [(told[0][0], False)]
+
+
+def test_others_on_the_machine_may_not_read_the_records(tmp_path: Path) -> None:
+    tmp_path.chmod(0o755)
+    store = Store(sqlite_url(tmp_path), SteadyClock(), 60.0)
+    store.add(new(), 9, MANY)
+    modes = {path.name: path.stat().st_mode & 0o777 for path in tmp_path.iterdir()}
+    assert modes == dict.fromkeys(("jobs.sqlite", "jobs.sqlite-wal", "jobs.sqlite-shm"), 0o600)
+    store.close()
+
+
 def test_a_locked_database_is_told_and_works_when_it_is_free(tmp_path: Path) -> None:
     store = Store(sqlite_url(tmp_path), SteadyClock(), 60.0)
     kept = store.add(new(), 9, MANY)

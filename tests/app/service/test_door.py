@@ -27,6 +27,7 @@ from tests.app.service.connections import (
     sent_until_closed,
     statuses,
 )
+from tests.app.service.test_jobs import ended, hand_in, many
 from tests.app.serving import ALICE, PATIENCE, Service, running, wait_for
 from tests.paths import EXAMPLES
 
@@ -50,8 +51,9 @@ def hasty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
 
 @pytest.fixture(scope="module")
 def patient(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    """A service that has few places, and the times that it has by default."""
-    with running(tmp_path_factory.mktemp("bodies"), workers=1, max_connections=PLACES) as started:
+    """A service that has few places, and the times that it has by default, and keeps jobs."""
+    folder, jobs = tmp_path_factory.mktemp("bodies"), tmp_path_factory.mktemp("jobs")
+    with running(folder, workers=1, max_connections=PLACES, jobs_path=jobs) as started:
         yield started
 
 
@@ -186,12 +188,69 @@ def test_trailers_are_bounded_and_are_no_headers(hasty: Service) -> None:
     _problem(endless, 431, "head-too-large")
 
 
-def test_another_protocol_is_not_spoken_but_the_request_is_answered(hasty: Service) -> None:
-    """As `curl --http2` asks."""
-    upgrade = (
-        GET[:-2] + b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: AAMAAABk\r\n\r\n"
-    )
-    assert statuses(answer(hasty.port, upgrade)) == [200]
+H2C = b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: AAMAAABk\r\n"
+"""As `curl --http2` asks, and Java's client with each request."""
+UPGRADES = {"h2c": H2C, "websocket": b"Connection: keep-alive, Upgrade\r\nUpgrade: websocket\r\n"}
+BODIES = {
+    "a length": (b"Content-Length: %d\r\n" % len(CSV), CSV),
+    "chunks": (CHUNKED, b"%x\r\n%s\r\n0\r\nUpgrade: h2c\r\n\r\n" % (len(CSV), CSV)),
+}
+
+
+@pytest.mark.parametrize(("framing", "body"), BODIES.values(), ids=BODIES)
+@pytest.mark.parametrize("upgrade", UPGRADES.values(), ids=UPGRADES)
+def test_another_protocol_is_not_spoken_but_requests_are_answered(
+    hasty: Service, upgrade: bytes, framing: bytes, body: bytes
+) -> None:
+    """With their bodies, in whatever pieces they come, and the connection goes on."""
+    request = POST + upgrade + framing + b"\r\n" + body
+    last = GET[:-2] + b"Connection: close, Upgrade\r\nUpgrade: h2c\r\n\r\n"
+    answered = answer(hasty.port, request + GET[:-2] + upgrade + b"\r\n" + request + last)
+    assert statuses(answered) == [200] * 4 and answered.count(b'"cylinder"') >= 2
+    head = len(request) - len(body)
+    for cut in (30, head - 1, head, head + 1, head + 1000):
+        with connected(hasty.port, request[:cut]) as connection:
+            time.sleep(0.05)
+            connection.sendall(request[cut:])
+            assert statuses(one_answer(connection)) == [200]
+            connection.sendall(last)
+            assert statuses(rest(connection)) == [200]
+
+
+def test_a_wish_to_close_is_heard_beside_that_for_another_protocol(hasty: Service) -> None:
+    request = GET[:-2] + b"Connection: close\r\n" + H2C + b"\r\n"
+    answered = answer(hasty.port, request)
+    assert statuses(answered) == [200] and b"connection: close" in answered
+
+
+def test_the_limits_hold_for_who_asks_for_another_protocol(hasty: Service) -> None:
+    begun = GET[:-2] + b"Connection: close\r\n" + H2C
+    # Without a space, which the new head has.
+    lines = b"a:b\r\n" * (100 - begun.count(b": "))
+    assert statuses(answer(hasty.port, begun + lines + b"\r\n")) == [200]
+    assert statuses(answer(hasty.port, begun + lines + b"a:b\r\n\r\n")) == [431]
+    full = begun + lines.removesuffix(b"\r\n") + b"b" * (HEAD - len(begun + lines) - 2) + b"\r\n\r\n"
+    assert len(full) == HEAD and statuses(answer(hasty.port, full)) == [200]
+    assert statuses(answer(hasty.port, full.replace(b"bb", b"bbb", 1))) == [431]
+    assert statuses(answer(hasty.port, (GET[:-2] + H2C + b"\r\n") * 1000)) == [200] * 33 + [400]
+
+
+@pytest.mark.parametrize("headers", AMBIGUOUS.values(), ids=AMBIGUOUS)
+def test_a_body_whose_end_is_not_certain_is_refused_with_a_wish_for_another_protocol(
+    hasty: Service, headers: bytes
+) -> None:
+    for request in (POST + H2C + headers, POST + headers + H2C):
+        answered = answer(hasty.port, request + b"\r\n" + SMUGGLED)
+        _problem(answered, 400, "malformed-request")
+        assert len(statuses(answered)) == 1
+
+
+def test_who_wants_a_tunnel_is_refused_and_no_more_is_read(hasty: Service) -> None:
+    """Also with a body, or the wish for another protocol: the parser takes CONNECT for one by itself."""
+    for more in (b"", H2C, b"Content-Length: 5\r\n"):
+        tunnel = b"CONNECT %s HTTP/1.1\r\nHost: localhost\r\n" + more + b"\r\n" + GET
+        assert statuses(answer(hasty.port, tunnel % b"/fit")) == [405]
+        assert statuses(answer(hasty.port, tunnel % b"example.com:443")) == [400]
 
 
 # Requests that follow one another without waiting.
@@ -358,6 +417,66 @@ def test_beyond_the_limit_connections_are_refused_and_later_served_again(hasty: 
         assert b"Retry-After: 1" in answered
         # Each of these has its time, and then there are places again.
         wait_for(lambda: statuses(answer(hasty.port, GET[:-2] + b"Connection: close\r\n\r\n")) == [200], SOON)
+
+
+@pytest.fixture
+def followed(patient: Service) -> Iterator[str]:
+    """The path of a job that does not end soon."""
+    path = hand_in(patient, many(2000))
+    yield path
+    patient.client.delete(path)
+
+
+def _following(
+    service: Service, path: str, last_id: int = 0, more: bytes = b""
+) -> tuple[socket.socket, bytes]:
+    """A connection that gets the events of a job behind one of them, and what came until the first result."""
+    asked = GET[:-2].replace(b"/livez", f"{path}/events".encode())
+    connection = connected(service.port, asked + b"Last-Event-ID: %d\r\n\r\n" % last_id + more)
+    received = b""
+    while b"\nid: " not in received:
+        received += connection.recv(1 << 16)
+    return connection, received
+
+
+def test_beyond_the_limit_streams_of_events_give_way_and_go_on_elsewhere(
+    patient: Service, followed: str
+) -> None:
+    """Also those on whose connections other requests wait, which would hold their places for as long."""
+    with ExitStack() as stack:
+        streams = [_following(patient, followed, more=more) for more in [GET, b""] * (PLACES // 2)]
+        for connection, _ in streams:
+            stack.enter_context(connection)
+        last = GET[:-2] + b"Connection: close\r\n\r\n"
+        # Each of these leaves a place for the next one.
+        for _ in range(3):
+            assert statuses(answer(patient.port, last)) == [200]
+        # The oldest is closed before it has told all; the newest still tells.
+        oldest, told = streams[0]
+        told += rest(oldest)
+        assert b"id: end" not in told
+        assert b"event: result" in streams[-1][0].recv(1 << 16)
+        # Whoever names the last event that came whole goes on behind it.
+        last_id = int(told[: told.rindex(b"\n\n")].rpartition(b"\nid: ")[2].split()[0])
+        resumed, goes_on = _following(patient, followed, last_id)
+        stack.enter_context(resumed)
+        assert b"event: result\nid: %d\n" % (last_id + 1) in goes_on
+        assert b"id: %d\n" % last_id not in goes_on
+
+
+def test_the_next_request_behind_a_stream_of_events_has_a_place(patient: Service) -> None:
+    """A request whose answer is no stream is not cut off, although one was before on its connection."""
+    path = hand_in(patient, many(5))
+    ended(patient, path)
+    stream = GET.replace(b"/livez", f"{path}/events".encode())
+    half = POST + b"Content-Length: 100000\r\n\r\n"
+    with ExitStack() as stack:
+        first = stack.enter_context(connected(patient.port, stream + half))
+        for _ in range(PLACES - 1):
+            stack.enter_context(connected(patient.port, half))
+        time.sleep(0.5)
+        _problem(answer(patient.port, b""), 503, "too-many-connections")
+        assert b"id: end" in first.recv(1 << 16)
 
 
 @pytest.mark.skipif(not hasattr(resource, "prlimit"), reason="limits another process, as Linux can")

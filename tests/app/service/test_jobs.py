@@ -213,6 +213,21 @@ def test_a_service_without_jobs_imports_nothing_for_them() -> None:
     assert done.stdout == "[]\n"
 
 
+def test_a_temporary_directory_that_is_gone_for_a_while_fails_no_job(tmp_path: Path) -> None:
+    directory, aside = tmp_path / "service", tmp_path / "aside"
+    with running(directory, workers=1, jobs_path=tmp_path / "jobs") as service:
+        directory.rename(aside)
+        large = service.client.post("/fit", content=b"x" * 3_000_000, headers=CSV)
+        is_problem(large, 507, "no-space")
+        assert "temporary files cannot be written now (No such file" in large.json()["detail"]
+        path = hand_in(service, SEGMENTS)
+        wait_for(lambda: "tried again" in service.log.read_text())
+        assert status(service, path)["status"] == "running"
+        aside.rename(directory)
+        assert ended(service, path)["status"] == "successful"
+        assert results(service, path) == batch(service, SEGMENTS)
+
+
 @pytest.fixture
 def two(tmp_path: Path) -> Iterator[tuple[Service, Service]]:
     """Two services on one folder, with one worker each and few jobs for each client."""
