@@ -17,6 +17,8 @@ PROBES = ("/livez", "/readyz")
 """Asked by the address of a container, or any name, and telling nothing."""
 _HOST = re.compile(r"(\[[0-9a-f:.]+\]|[^:\[\]]*)(:\d*)?")
 """A name or an address, and a port."""
+_DEFAULT_PORT = re.compile(r":(80|443)\Z")
+"""Of either scheme: a browser leaves it out where a proxy may put it in."""
 _KNOWN_NAMES = 256
 """Hosts whose admission is remembered: usually there are one or two."""
 _SENT = (
@@ -114,7 +116,8 @@ class Addressee:
     def _may_ask(self, origin: bytes, host: bytes) -> bool:
         """Whether both are one, but for the scheme, which may end at a proxy, or the origin is allowed."""
         told = origin.decode("latin-1").lower()
-        same = told.partition("://")[2] == host.decode("latin-1").lower() != ""
+        page = _DEFAULT_PORT.sub("", told.partition("://")[2])
+        same = page != "" and page == _DEFAULT_PORT.sub("", host.decode("latin-1").lower())
         return same or ANY in self._origins or told in self._origins
 
 
@@ -136,6 +139,7 @@ def _is_loopback_name(name: str) -> bool:
     if name == "localhost" or name.endswith(".localhost"):
         return True
     try:
-        return ipaddress.ip_address(name.strip("[]")).is_loopback
+        address = ipaddress.ip_address(name.strip("[]"))
+        return (getattr(address, "ipv4_mapped", None) or address).is_loopback
     except ValueError:
         return False

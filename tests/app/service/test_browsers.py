@@ -166,6 +166,8 @@ def _by(service: Service, host: str, path: str = "/version", **headers: str) -> 
         ("127.0.0.1", True),
         ("127.1.2.3:9999", True),
         ("[::1]:8000", True),
+        ("[::ffff:127.0.0.1]:8000", True),
+        ("[::FFFF:7f00:1]", True),
         ("", False),
         ("evil.example.com", False),
         ("localhost.evil.example.com", False),
@@ -175,6 +177,7 @@ def _by(service: Service, host: str, path: str = "/version", **headers: str) -> 
         ("192.168.0.1", False),
         ("0.0.0.0", False),
         ("[::2]", False),
+        ("[::ffff:192.168.0.1]", False),
         ("[::1", False),
         ("::1", False),
         ("localhost:80:80", False),
@@ -237,6 +240,28 @@ def test_pages_of_the_service_itself_may_ask(service: Service) -> None:
     # A proxy has changed Host, and a browser says that it is the same page.
     same = {"Origin": "https://primfit.example.com", "Sec-Fetch-Site": "same-origin"}
     assert _by(service, host, **same).status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("host", "origin", "same"),
+    [
+        ("localhost:80", "http://localhost", True),
+        ("localhost:443", "https://LOCALHOST", True),
+        ("localhost", "https://localhost:443", True),
+        ("[::1]:80", "http://[::1]", True),
+        ("localhost:8080", "http://localhost", False),
+        ("localhost:80", "http://localhost:8000", False),
+        ("localhost:80", "http://localhost.evil.example.com", False),
+        ("localhost:80", "http://127.0.0.1", False),
+        (":80", "null", False),
+        (":80", "http://:80", False),
+    ],
+)
+def test_the_default_port_may_be_left_out(host: str, origin: str, same: bool) -> None:
+    """As browsers do; a proxy (nginx: `$host:$server_port`) may put it in."""
+    headers = [(b"host", host.encode()), (b"origin", origin.encode())]
+    scope = {"type": "http", "http_version": "1.1", "path": "/fit", "headers": headers}
+    assert (Addressee(_nobody, (), False, ())._refusal(scope) is None) == same
 
 
 @pytest.mark.parametrize("site", [{}, {"Sec-Fetch-Site": "cross-site"}, {"Sec-Fetch-Site": "same-site"}])

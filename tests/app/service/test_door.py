@@ -427,15 +427,15 @@ def followed(patient: Service) -> Iterator[str]:
     patient.client.delete(path)
 
 
-def _following(
-    service: Service, path: str, last_id: int = 0, more: bytes = b""
-) -> tuple[socket.socket, bytes]:
+def _following(service: Service, path: str, last_id: int = 0) -> tuple[socket.socket, bytes]:
     """A connection that gets the events of a job behind one of them, and what came until the first result."""
     asked = GET[:-2].replace(b"/livez", f"{path}/events".encode())
-    connection = connected(service.port, asked + b"Last-Event-ID: %d\r\n\r\n" % last_id + more)
+    connection = connected(service.port, asked + b"Last-Event-ID: %d\r\n\r\n" % last_id)
     received = b""
     while b"\nid: " not in received:
-        received += connection.recv(1 << 16)
+        piece = connection.recv(1 << 16)
+        assert piece, f"closed after {received!r}"
+        received += piece
     return connection, received
 
 
@@ -444,9 +444,11 @@ def test_beyond_the_limit_streams_of_events_give_way_and_go_on_elsewhere(
 ) -> None:
     """Also those on whose connections other requests wait, which would hold their places for as long."""
     with ExitStack() as stack:
-        streams = [_following(patient, followed, more=more) for more in [GET, b""] * (PLACES // 2)]
+        streams = [_following(patient, followed) for _ in range(PLACES)]
         for connection, _ in streams:
             stack.enter_context(connection)
+        for connection, _ in streams[:-1]:
+            connection.sendall(GET)
         last = GET[:-2] + b"Connection: close\r\n\r\n"
         # Each of these leaves a place for the next one.
         for _ in range(3):
