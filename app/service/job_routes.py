@@ -140,7 +140,11 @@ async def job_results(request: Request) -> Response:
     from .job_stream import pieces
 
     progress = job.progress
-    stretches = await desk.call(desk.folder.of(job.id).page, progress.parts, offset, limit)
+    try:
+        stretches = await desk.call(desk.folder.of(job.id).page, progress.parts, offset, limit)
+    except FileNotFoundError:
+        await _job(request)  # which says so where it was removed meanwhile
+        raise
     response = Lines(pieces(desk, stretches), AsyncExitStack())
     response.headers["Content-Length"] = str(sum(each.stop - each.start for each in stretches))
     following = min(offset + limit, max(offset, progress.lines))

@@ -254,7 +254,7 @@ def test_a_temporary_directory_that_is_gone_for_a_while_fails_no_job(tmp_path: P
         is_problem(large, 507, "no-space")
         assert "temporary files cannot be written now (No such file" in large.json()["detail"]
         path = hand_in(service, SEGMENTS)
-        wait_for(lambda: "tried again" in service.log.read_text())
+        wait_for(lambda: "jobs wait" in service.log.read_text())
         assert status(service, path)["status"] == "running"
         aside.rename(directory)
         assert ended(service, path)["status"] == "successful"
