@@ -1,4 +1,4 @@
-"""`primfit jobs`: the jobs that services keep, for whoever runs them."""
+"""`primfit jobs`: the jobs that services keep, for administrators."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
