@@ -269,7 +269,7 @@ def test_jobs_outlive_their_container(run: list[str], tmp_path: Path) -> None:
                     assert reply.status == 202
                     location = reply.headers["Location"]
             else:
-                with urllib.request.urlopen(f"http://127.0.0.1:{PORT}{location}", timeout=PATIENCE) as reply:
+                with urllib.request.urlopen(f"http://127.0.0.1:{PORT}/{location}", timeout=PATIENCE) as reply:
                     assert json.load(reply)["files"] == 1
         finally:
             process.terminate()

@@ -2,16 +2,17 @@
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 from ..wire.problems import JobsUnavailableError, NoSuchJobError
 from .files import Folder
 from .record import Job, NewJob
 from .store import Store
+from .watch import Beat
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -78,6 +79,13 @@ class Desk:
 
     async def place(self, job: Job) -> int:
         return await self.call(self.store.place, job)
+
+    def take_over(self, silent: Beat, problem: Mapping[str, Any]) -> Job | None:
+        """As `Store.take_over`; the body of a job that fails for it is removed."""
+        job = self.store.take_over(silent, problem)
+        if job is None and (left := self.store.find(silent.job_id)) is not None and left.ended:
+            self.folder.of(left.id).remove_body()
+        return job
 
     def dismiss(self, job: Job) -> None:
         """Cancel it; one that has ended is removed."""

@@ -8,7 +8,7 @@ about. What counts is what the record of the job counts; what stands behind that
 import os
 import shutil
 import struct
-import tempfile
+import uuid
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -156,7 +156,7 @@ class Folder:
         """
         note = self.path / "database"
         if not note.exists() and is_empty and not self.ids():
-            _write_once(note, database)
+            _write_whole(note, database)
         if not note.exists() or note.read_text() != database:
             raise WrongDatabaseError(
                 "jobs_path and jobs_database do not belong together: the folder is not the one that this "
@@ -203,15 +203,19 @@ class Folder:
         return set(os.listdir(self._jobs))
 
 
-def _write_once(path: Path, text: str) -> None:
-    """A small file that appears whole, and only where there is none: of several services one makes it."""
-    with room_needed(_DISK), tempfile.NamedTemporaryFile("w", dir=path.parent) as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-        with suppress(FileExistsError):
-            os.link(file.name, path)
-    _sync(path.parent)
+def _write_whole(path: Path, text: str) -> None:
+    """A small file that appears whole, also where the disk knows no links."""
+    unfinished = path.with_name(f"{path.name}.{uuid.uuid4()}")
+    with room_needed(_DISK):
+        try:
+            with unfinished.open("x") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+        _sync(path.parent)
 
 
 def _write_at(path: Path, position: int, content: bytes) -> None:

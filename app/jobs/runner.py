@@ -13,6 +13,7 @@ from ..wire.problems import (
     BusyError,
     InsufficientStorageError,
     JobsUnavailableError,
+    ServiceError,
     WorkerDiedError,
     problem,
 )
@@ -21,6 +22,7 @@ from ..workers.request_id import REQUEST_ID
 from .desk import Desk
 from .files import JobFiles, Line
 from .record import FAILED, SUCCESSFUL, Job, Progress
+from .store import reason_of
 from .watch import Watch
 
 ROUND = 0.5
@@ -84,12 +86,9 @@ class Runner:
                 pause = 0.0 if await self._begin() else ROUND
                 await self._clean()
                 self._complaint.over()
-            except _PAUSES as error:
+            except Exception as error:
                 self._complaint.about(error)
                 pause = min(2 * max(pause, ROUND), _LONGEST_PAUSE)
-            except Exception:
-                _log.exception("looking for jobs failed; trying again")
-                pause = _LONGEST_PAUSE
             await self._sleep(pause)
         if self._attempts:
             await asyncio.wait(self._attempts.values())
@@ -115,14 +114,13 @@ class Runner:
 
     async def _orphaned(self) -> Job | None:
         """A job whose service went silent, now ours."""
-        store = self._desk.store
-        beats = await self._desk.call(store.beats)
+        beats = await self._desk.call(self._desk.store.beats)
         for beat in self._watch.silent([beat for beat in beats if beat.job_id not in self._attempts]):
             crashed = problem(
                 WorkerDiedError("services ended again and again while they worked on one line of this job"),
                 f"/jobs/{beat.job_id}",
             )
-            job = await self._desk.call(store.take_over, beat, orjson.loads(crashed.content))
+            job = await self._desk.call(self._desk.take_over, beat, orjson.loads(crashed.content))
             if job is not None:
                 return job
         return None
@@ -290,7 +288,14 @@ class _Complaint:
 
     def about(self, error: Exception) -> None:
         if not self._told:
-            _log.warning("%s; jobs wait, and are tried again", error)
+            reason = reason_of(error)
+            unforeseen = not isinstance(error, ServiceError | OSError)
+            _log.warning(
+                "%s%s; jobs wait, and go on when this is over",
+                error,
+                f" ({reason})" if reason else "",
+                exc_info=error if unforeseen else None,
+            )
         self._told = True
 
     def over(self) -> None:

@@ -389,12 +389,18 @@ def _answered() -> Iterator[None]:
         code = getattr(error.orig, "sqlite_errorname", None) or getattr(error.orig, "sqlstate", None)
         if code in _FULL:
             raise InsufficientStorageError("the disk for jobs is full; try again later") from error
-        if isinstance(error, sa.exc.OperationalError | sa.exc.InterfaceError) or error.connection_invalidated:
-            raise JobsUnavailableError("the database of the jobs does not answer; try again") from error
-        raise
-    except (sa.exc.TimeoutError, sqlite3.OperationalError) as error:
-        # All connections are in use; or one to a locked database could not be set up.
+        if isinstance(error, sa.exc.IntegrityError | sa.exc.DataError) and not error.connection_invalidated:
+            raise  # what we asked for was wrong, and would be again
         raise JobsUnavailableError("the database of the jobs does not answer; try again") from error
+    except (sa.exc.TimeoutError, sqlite3.DatabaseError) as error:
+        # All connections are in use; or one to a database that is locked, or none, could not be set up.
+        raise JobsUnavailableError("the database of the jobs does not answer; try again") from error
+
+
+def reason_of(error: BaseException) -> str:
+    """What the database itself says, in one line, for the log; it knows no password."""
+    cause = error.__cause__
+    return " ".join(str(getattr(cause, "orig", None) or cause or "").split())
 
 
 def _held(job: Job) -> tuple[Any, ...]:

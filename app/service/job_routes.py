@@ -20,6 +20,7 @@ from .batch_stream import Lines
 from .body import announced, is_large, received, size
 from .media_types import NDJSON, coding_of, media_type_of
 from .parameters import DEFAULT_PAGE, LARGEST_OFFSET, LARGEST_PAGE
+from .prefer import preferences
 
 if TYPE_CHECKING:
     from ..jobs.desk import Desk
@@ -89,10 +90,8 @@ async def submit(request: Request) -> Response:
 
 
 def wants_job(request: Request) -> bool:
-    """Whether the client would rather have a job than wait (RFC 7240), and the service keeps some."""
-    preferences = ",".join(request.headers.getlist("prefer")).split(",")
-    asked = "respond-async" in (preference.strip().lower() for preference in preferences)
-    return asked and request.app.state.desk is not None
+    """Whether the client would rather have a job than wait, and the service keeps some."""
+    return "respond-async" in preferences(request.headers) and request.app.state.desk is not None
 
 
 @router.get(
@@ -141,13 +140,16 @@ async def job_results(request: Request) -> Response:
     from .job_stream import pieces
 
     progress = job.progress
-    stretches = await desk.call(desk.folder.of(job.id).page, progress.parts, offset, limit)
+    try:
+        stretches = await desk.call(desk.folder.of(job.id).page, progress.parts, offset, limit)
+    except FileNotFoundError:
+        await _job(request)  # which says so where it was removed meanwhile
+        raise
     response = Lines(pieces(desk, stretches), AsyncExitStack())
     response.headers["Content-Length"] = str(sum(each.stop - each.start for each in stretches))
     following = min(offset + limit, max(offset, progress.lines))
     if following < progress.lines or not job.ended:
-        target = f"{_path(request, job.id)}/results?offset={following}&limit={limit}"
-        response.headers["Link"] = f'<{target}>; rel="next"'
+        response.headers["Link"] = f'<?offset={following}&limit={limit}>; rel="next"'
     return response
 
 
@@ -244,8 +246,9 @@ def _number(request: Request, name: str, default: int, least: int, most: int) ->
 
 
 def _path(request: Request, job_id: str | None = None) -> str:
-    """Where jobs are, also where a proxy has taken a prefix away."""
-    jobs = f"{request.scope.get('root_path', '')}/jobs"
+    """Where jobs are, seen from this request: no proxy says which prefix it has taken away."""
+    depth = request.scope["path"].removeprefix(request.scope.get("root_path", "")).count("/")
+    jobs = "../" * (depth - 1) + "jobs"
     return jobs if job_id is None else f"{jobs}/{job_id}"
 
 

@@ -5,6 +5,7 @@ from collections.abc import AsyncGenerator, Callable
 from typing import Any
 
 import orjson
+from starlette.requests import ClientDisconnect
 
 from ..jobs.desk import Desk
 from ..jobs.record import Job
@@ -23,11 +24,21 @@ END = "end"
 
 
 async def pieces(desk: Desk, stretches: list[Stretch]) -> AsyncGenerator[bytes, None]:
-    """The bytes of some stretches, in pieces that memory holds."""
+    """The bytes of some stretches, in pieces that memory holds.
+
+    Raises
+    ------
+    ClientDisconnect
+        The job was removed meanwhile: the connection ends before the answer is whole.
+    """
     for stretch in stretches:
         for start in range(stretch.start, stretch.stop, _PIECE):
             piece = Stretch(stretch.path, start, min(start + _PIECE, stretch.stop))
-            yield await desk.call(piece.read)
+            try:
+                content = await desk.call(piece.read)
+            except FileNotFoundError:
+                raise ClientDisconnect from None
+            yield content
 
 
 class Events:
@@ -53,7 +64,10 @@ class Events:
                 yield _event("status", document)
                 told, silent = document, 0.0
             while n_seen < job.progress.lines:
-                lines = await self._lines(job, n_seen)
+                try:
+                    lines = await self._lines(job, n_seen)
+                except FileNotFoundError:  # removed meanwhile
+                    return
                 for line in lines:
                     n_seen += 1
                     yield _event("result", line, str(n_seen))

@@ -34,7 +34,10 @@ _GONE = "files that a worker needs are gone"
 class JobWork:
     """Does jobs by the pool of workers of this service; in it they take turns with its requests."""
 
-    def __init__(self, pool: WorkerPool, spool: Spool, settings: Settings, metrics: Metrics) -> None:
+    def __init__(
+        self, pool: WorkerPool, spool: Spool, settings: Callable[[], Settings], metrics: Metrics
+    ) -> None:
+        """`settings` tells those that are in force when a job is begun: they may change while it waits."""
         self._pool, self._spool, self._settings, self._metrics = pool, spool, settings, metrics
 
     async def __call__(self, job: Job, files: JobFiles, told: Sequence[Told]) -> AsyncGenerator[Line, None]:
@@ -49,11 +52,12 @@ class JobWork:
         FileNotFoundError
             The body, or a temporary file, is gone.
         """
+        settings = self._settings()
         async with AsyncExitStack() as resources:
             run = _steady(resources.enter_context(self._pool.batch()))
             coding = job.request["coding"]
             unpacked = Path(resources.enter_context(self._spool.file()).name) if coding else None
-            opening = open_job(job.request, files.body, unpacked, self._settings)
+            opening = open_job(job.request, files.body, unpacked, settings)
             opened = await run(opening, heavy=is_large(size(files.body)))
             if isinstance(opened, Reply):
                 raise JobRefusedError(opened.content)
@@ -64,7 +68,7 @@ class JobWork:
                 unpacked or files.body,
                 job.request["media_type"],
                 opened,
-                self._settings,
+                settings,
                 self._spool,
                 run,
                 resources,

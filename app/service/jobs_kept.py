@@ -25,7 +25,7 @@ async def jobs_kept(app: FastAPI) -> AsyncIterator[None]:
     from ..jobs.runner import Runner
     from .job_work import JobWork
 
-    work = JobWork(app.state.pool, app.state.spool, settings, app.state.metrics)
+    work = JobWork(app.state.pool, app.state.spool, lambda: app.state.settings, app.state.metrics)
     runner = Runner(desk, work, settings.workers, lambda: app.state.stopping)
     app.state.desk = desk
     runner.start()

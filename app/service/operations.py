@@ -158,9 +158,9 @@ FIT_EXPORT: dict[str, Any] = {
 }
 JOBS: dict[str, Any] = example("jobs.json")
 _LOCATION = {
-    "description": "where the status of the job is",
+    "description": "where the status of the job is, relative to the path of the request",
     "schema": {"type": "string"},
-    "example": "/jobs/0b2b7d8e-7f6c-4f0e-9d6a-3c1f5a1e2d4b",
+    "example": "jobs/0b2b7d8e-7f6c-4f0e-9d6a-3c1f5a1e2d4b",
 }
 _BATCH_BODY = _body("BatchUpload", {"file": [text("few.csv")] * 2, "options": _OPTIONS})
 FIT_BATCH: dict[str, Any] = {
@@ -219,7 +219,7 @@ LIST_JOBS: dict[str, Any] = {
     "responses": {
         "200": {
             "content": {
-                "application/json": {"examples": _shown(one={"jobs": [JOBS["successful"]], "links": []})}
+                "application/json": {"examples": _shown(one={"jobs": [JOBS["accepted"]], "links": []})}
             }
         },
         **_OF_ONE_JOB,
@@ -245,7 +245,7 @@ JOB_RESULTS: dict[str, Any] = {
                 "Link": {
                     "description": "where the next lines are",
                     "schema": {"type": "string"},
-                    "example": '</jobs/ID/results?offset=1000&limit=1000>; rel="next"',
+                    "example": '<?offset=1000&limit=1000>; rel="next"',
                 }
             }
         },

@@ -100,9 +100,21 @@ def _most_files() -> int:
     return 3 * _MOST_CONNECTIONS if soft == resource.RLIM_INFINITY else soft
 
 
+_URL_NEEDED = "a URL such as postgresql://USER:PASSWORD@HOST:PORT/DATABASE is needed"
+
+
 def _postgresql(url: SecretStr) -> SecretStr:
     if not re.match(r"postgres(ql)?://[^/]", url.get_secret_value()):
-        raise ValueError("a URL such as postgresql://USER:PASSWORD@HOST:PORT/DATABASE is needed")
+        raise ValueError(_URL_NEEDED)
+    from sqlalchemy import make_url  # slow to import, and needed only here
+    from sqlalchemy.exc import ArgumentError
+
+    try:
+        port = make_url(url.get_secret_value()).port
+    except (ArgumentError, ValueError):
+        raise ValueError(f"{_URL_NEEDED}; PORT is a number") from None
+    if port is not None and not 0 < port < 65536:
+        raise ValueError(f"{_URL_NEEDED}; PORT is {port}, and must be from 1 to 65535")
     return url
 
 

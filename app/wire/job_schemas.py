@@ -13,7 +13,7 @@ JobState = Literal["accepted", "running", "successful", "failed", "dismissed"]
 class Link(BaseModel):
     """Where something else is."""
 
-    href: str
+    href: str = Field(description="relative to the path of the request")
     rel: str
     type: str
 
@@ -32,7 +32,11 @@ class JobStatus(BaseModel):
     started: datetime | None = None
     finished: datetime | None = None
     expires: datetime | None = Field(None, description="when the job and its results are removed")
-    queue_place: int | None = Field(None, description="1 for the job that waits for the longest time")
+    queue_place: int | None = Field(
+        None,
+        description="how many jobs of all clients wait that came no later, this one included; it may be "
+        "begun sooner, as the clients with the fewest jobs under way come first",
+    )
     files: int
     lines: int = Field(description="lines of results that are there, the summary included")
     summary: BatchCounts | None = None

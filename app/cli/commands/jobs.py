@@ -1,4 +1,4 @@
-"""`primfit jobs`: the jobs that services keep, for whoever runs them."""
+"""`primfit jobs`: the jobs that services keep, for administrators."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -67,6 +67,7 @@ def clean(
 def _desk() -> Iterator["Desk"]:
     """The jobs by the settings in force."""
     from ...jobs.files import WrongDatabaseError
+    from ...jobs.store import reason_of
     from ...service.jobs_kept import open_desk
     from ...service.settings import SettingsError, load
     from ...wire.problems import JobsUnavailableError
@@ -87,7 +88,7 @@ def _desk() -> Iterator["Desk"]:
         complain("jobs", str(error))
         raise typer.Exit(BAD_INPUT) from None
     except JobsUnavailableError as error:
-        complain("jobs", str(error))
+        complain("jobs", f"{error} ({reason_of(error)})")
         raise typer.Exit(INTERNAL_ERROR) from None
     finally:
         desk.close()

@@ -91,8 +91,13 @@ def test_a_folder_without_its_note_is_refused_where_there_are_jobs(desk: Desk) -
 def test_what_cannot_be_done_is_told(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     done = run("cancel", "nothing")
     assert (done.exit_code, done.stderr) == (2, "primfit: jobs: nothing: no such job\n")
-    monkeypatch.setenv("PRIMFIT_JOBS_DATABASE", "postgresql://primfit@127.0.0.1:1/jobs")
-    assert run("list").exit_code == 1
+    monkeypatch.setenv("PRIMFIT_JOBS_DATABASE", "postgresql://primfit:geheim@127.0.0.1:1/jobs")
+    done = run("list")
+    assert done.exit_code == 1 and "onnection refused" in done.stderr and "geheim" not in done.stderr
+    for port in ("abc", "0", "70000"):
+        monkeypatch.setenv("PRIMFIT_JOBS_DATABASE", f"postgresql://primfit:geheim@127.0.0.1:{port}/jobs")
+        done = run("list")
+        assert done.exit_code == 2 and "PORT is" in done.stderr and "geheim" not in done.stderr
     monkeypatch.setenv("PRIMFIT_JOBS_DATABASE", "mysql://127.0.0.1/jobs")
     done = run("list")
     assert done.exit_code == 2 and "postgresql://USER" in done.stderr and "mysql" not in done.stderr

@@ -292,7 +292,34 @@ def test_what_the_machine_refuses_for_now_fails_no_job(
 
     asyncio.run(check())
     assert begun_at == [0, 0, 0, 1]
-    assert caplog.text.count("tried again") == 2  # once before a line came, once behind it
+    assert caplog.text.count("jobs wait") == 2  # once before a line came, once behind it
+
+
+def test_what_hinders_the_search_for_jobs_is_told_once_with_its_reason(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "jobs.sqlite").write_bytes(b"no database" * 100)
+
+    async def check() -> None:
+        with desks(tmp_path) as (desk,):
+            runner = _runner(desk)
+            await asyncio.sleep(1.0)  # some rounds
+            await runner.stop()
+
+    asyncio.run(check())
+    assert caplog.text.count("the database of the jobs does not answer") == 1
+    assert "(file is not a database)" in caplog.text and "Traceback" not in caplog.text
+
+
+def test_a_job_that_breaks_services_leaves_no_body(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("primfit.app.jobs.store.MOST_CRASHES", 1)
+    with desks(tmp_path) as (desk,):
+        kept = asyncio.run(desk.submit(new(), b"body"))
+        desk.store.claim()
+        (silent,) = desk.store.beats()
+        assert desk.take_over(silent, {}) is None
+        assert desk.store.find(kept.id).status == "failed"  # type: ignore[union-attr]
+        assert desk.folder.ids() == {kept.id} and not desk.folder.of(kept.id).body.exists()
 
 
 def test_a_job_whose_body_is_lost_fails(tmp_path: Path) -> None:

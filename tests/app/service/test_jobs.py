@@ -1,13 +1,15 @@
 """Jobs over HTTP against real services: what is handed in comes back once, with the bytes of a batch."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import urljoin
 
 import httpx
 import numpy as np
@@ -40,8 +42,10 @@ def hand_in(service: Service, body: bytes, **headers: str) -> str:
     """The path of a new job."""
     response = service.client.post("/jobs", content=body, headers=CSV | headers)
     assert response.status_code == 202, response.text
-    assert JobStatus.model_validate(response.json()).jobID in response.headers["location"]
-    return str(response.headers["location"])
+    job = JobStatus.model_validate(response.json())
+    path = response.url.join(response.headers["location"]).path
+    assert path == response.url.join(job.links[0].href).path == f"/jobs/{job.jobID}"
+    return path
 
 
 def status(service: Service, path: str) -> dict[str, Any]:
@@ -66,7 +70,8 @@ def results(service: Service, path: str, limit: int = 1000) -> bytes:
         assert page.status_code == 200
         assert page.headers["content-type"] == "application/x-ndjson"
         content += page.content
-        following = page.links.get("next", {}).get("url", "")
+        link = page.links.get("next")
+        following = str(page.url.join(link["url"])) if link else ""
     return content
 
 
@@ -105,6 +110,33 @@ def test_a_job_brings_the_lines_of_a_batch(service: Service, done: str) -> None:
     assert service.client.get(f"{done}/results", params={"offset": 9}).content == b""
 
 
+@pytest.mark.parametrize("prefix", ["", "/tools/primfit"])
+def test_links_hold_behind_a_prefix_that_a_proxy_takes_away(service: Service, prefix: str) -> None:
+    def ask(method: str, path: str, **given: Any) -> tuple[httpx.Response, Callable[[str], str]]:
+        """The answer through a proxy, and where a client finds what stands in it."""
+        response = service.client.request(method, path, **given)
+        return response, lambda link: urljoin(f"https://example.com{prefix}{path}", link)
+
+    for asked in ("/jobs", "/fit/batch"):
+        headers = CSV | {"Prefer": "respond-async"}
+        response, seen = ask("POST", asked, content=SEGMENTS, headers=headers)
+        job_id = response.json()["jobID"]
+        path, whole = f"/jobs/{job_id}", f"https://example.com{prefix}/jobs/{job_id}"
+        everything = [whole, f"{whole}/results", f"{whole}/events"]
+        assert seen(response.headers["location"]) == whole
+        assert [seen(link["href"]) for link in response.json()["links"]] == everything
+    ended(service, path)
+    response, seen = ask("GET", path)
+    assert [seen(link["href"]) for link in response.json()["links"]] == everything
+    response, seen = ask("GET", "/jobs")
+    assert [seen(link["href"]) for link in response.json()["jobs"][-1]["links"]] == everything
+    assert seen(response.json()["links"][0]["href"]) == f"https://example.com{prefix}/jobs"
+    response, seen = ask("GET", f"{path}/results?limit=1")
+    assert seen(response.links["next"]["url"]) == f"{whole}/results?offset=1&limit=1"
+    told, seen = events(service, path), ask("HEAD", f"{path}/events")[1]
+    assert [seen(link["href"]) for link in json.loads(told[-1]["data"])["links"]] == everything
+
+
 def test_a_list_has_the_jobs_of_the_client(service: Service, done: str) -> None:
     listed = JobList.model_validate(service.client.get("/jobs").json())
     assert done.rpartition("/")[2] in [job.jobID for job in listed.jobs]
@@ -137,11 +169,12 @@ def test_the_same_key_brings_the_same_job(service: Service) -> None:
 
 
 def test_a_batch_becomes_a_job_where_the_client_prefers_one(service: Service) -> None:
-    headers = CSV | {"Prefer": "handling=lenient, Respond-Async"}
+    headers = CSV | {"Prefer": 'handling=lenient, Respond-Async; foo="1", wait=10'}
     response = service.client.post("/fit/batch", content=SEGMENTS, headers=headers)
     assert response.status_code == 202
     assert response.headers["preference-applied"] == "respond-async"
-    assert ended(service, response.headers["location"])["status"] == "successful"
+    path = response.url.join(response.headers["location"]).path
+    assert ended(service, path)["status"] == "successful"
 
 
 @pytest.mark.parametrize(
@@ -221,7 +254,7 @@ def test_a_temporary_directory_that_is_gone_for_a_while_fails_no_job(tmp_path: P
         is_problem(large, 507, "no-space")
         assert "temporary files cannot be written now (No such file" in large.json()["detail"]
         path = hand_in(service, SEGMENTS)
-        wait_for(lambda: "tried again" in service.log.read_text())
+        wait_for(lambda: "jobs wait" in service.log.read_text())
         assert status(service, path)["status"] == "running"
         aside.rename(directory)
         assert ended(service, path)["status"] == "successful"
