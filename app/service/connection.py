@@ -3,6 +3,7 @@
 import asyncio
 import sys
 import uuid
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -325,7 +326,8 @@ class Connection(HttpToolsProtocol):
         """Say this and nothing more; what the client still sends is read for a moment, and dropped."""
         if words:
             self.transport.write(words)
-        self.transport.write_eof()
+        with suppress(OSError):  # the client has gone already
+            self.transport.write_eof()
         self._left = self.loop.time()
         self._flow.held = False
         self._flow.resume_reading()
