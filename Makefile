@@ -75,7 +75,9 @@ test-clock: $(VENV)/.dev
 
 # hypothesis, which is not used there, is otherwise imported after the last test: on Python 3.11 that may fail.
 test-fire: $(VENV)/.dev
+	rm -rf build/fire
 	$(VENV)/bin/python -m pytest -m fire --capture no -p no:hypothesispytest tests/fire
+	@$(VENV)/bin/python -m tests.fire.report
 
 test-schema: $(VENV)/.dev
 	$(VENV)/bin/python -m pytest -m schema --capture no

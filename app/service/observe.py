@@ -59,7 +59,7 @@ class Observer:
     def _report(self, request: Request, status: int, seconds: float, n_bytes: int) -> None:
         facts = {"received_bytes": n_bytes, **request.state.facts}
         # Where the connection has answered in place of the application.
-        status = facts.pop("status", status)
+        status = request.state.status = facts.pop("status", status)
         self._metrics.requested(self._routes.name(request.scope) or "other", status, seconds, facts)
         if request.scope["path"] in QUIET:
             return

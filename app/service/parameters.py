@@ -84,69 +84,60 @@ ARTIFACT_OPTIONS: list[dict[str, Any]] = [
     ),
 ]
 
-IF_NONE_MATCH: dict[str, Any] = {
-    "name": "If-None-Match",
-    "in": "header",
-    "required": False,
-    "description": "ETag of an answer that you have: 412 instead of a fit where it would be the same",
-    "schema": {"type": "string"},
-}
-PREFER: dict[str, Any] = {
-    "name": "Prefer",
-    "in": "header",
-    "required": False,
-    "description": "`wait=5`: refuse or stop what is not answered within 5 seconds of the body; at most the "
+
+def _optional(name: str, place: str, description: str | None, **schema: Any) -> dict[str, Any]:
+    """A parameter that may be left out: a string where its schema says nothing else."""
+    return {
+        "name": name,
+        "in": place,
+        "required": False,
+        "description": description,
+        "schema": {"type": "string"} | schema,
+    }
+
+
+IF_NONE_MATCH = _optional(
+    "If-None-Match",
+    "header",
+    "ETag of an answer that you have: 412 instead of a fit where it would be the same",
+)
+PREFER = _optional(
+    "Prefer",
+    "header",
+    "`wait=5`: refuse or stop what is not answered within 5 seconds of the body; at most the "
     "`fit_time_limit` of the service, which holds by default",
-    "schema": {"type": "string"},
-}
-LABELS: dict[str, Any] = {
-    "name": "labels",
-    "in": "query",
-    "required": False,
-    "description": BatchUpload.model_fields["labels"].description,
-    "schema": {"type": "string"},
-}
-IDEMPOTENCY_KEY: dict[str, Any] = {
-    "name": "Idempotency-Key",
-    "in": "header",
-    "required": False,
-    "description": "a key of your own for a job: to ask again with it brings the same job, not another one",
-    "schema": {"type": "string", "maxLength": 255},
-}
-RESPOND_ASYNC: dict[str, Any] = {
-    "name": "Prefer",
-    "in": "header",
-    "required": False,
-    "description": "`respond-async` makes it a job, where the service keeps some",
-    "schema": {"type": "string"},
-}
+)
+RESPOND_ASYNC = _optional("Prefer", "header", "`respond-async` makes it a job, where the service keeps some")
+LABELS = _optional("labels", "query", BatchUpload.model_fields["labels"].description)
+IDEMPOTENCY_KEY = _optional(
+    "Idempotency-Key",
+    "header",
+    "a key of your own for a job: to ask again with it brings the same job, not another one",
+    maxLength=255,
+)
+OFFSET = _optional(
+    "offset", "query", "the first line, 0 by default", type="integer", minimum=0, maximum=LARGEST_OFFSET
+)
+LIMIT = _optional(
+    "limit",
+    "query",
+    f"the most lines, {DEFAULT_PAGE} by default",
+    type="integer",
+    minimum=1,
+    maximum=LARGEST_PAGE,
+)
+LAST_EVENT_ID = _optional(
+    "Last-Event-ID",
+    "header",
+    "id of the last event that came: the number of a line, or `end`",
+    pattern="^([0-9]{1,18}|end)?$",
+)
 JOB_ID: dict[str, Any] = {
     "name": "job_id",
     "in": "path",
     "required": True,
     "description": "`jobID` of the job",
     "schema": {"type": "string"},
-}
-OFFSET: dict[str, Any] = {
-    "name": "offset",
-    "in": "query",
-    "required": False,
-    "description": "the first line, 0 by default",
-    "schema": {"type": "integer", "minimum": 0, "maximum": LARGEST_OFFSET},
-}
-LIMIT: dict[str, Any] = {
-    "name": "limit",
-    "in": "query",
-    "required": False,
-    "description": f"the most lines, {DEFAULT_PAGE} by default",
-    "schema": {"type": "integer", "minimum": 1, "maximum": LARGEST_PAGE},
-}
-LAST_EVENT_ID: dict[str, Any] = {
-    "name": "Last-Event-ID",
-    "in": "header",
-    "required": False,
-    "description": "id of the last event that came: the number of a line, or `end`",
-    "schema": {"type": "string", "pattern": "^([0-9]{1,18}|end)?$"},
 }
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from ..wire.problems import INTERNAL, plain
+from ..wire.problems import plain
 from ..workers.trace_context import TRACE_ID, Caller
 from .observe import QUIET
 from .routes import RouteNames
@@ -91,7 +91,7 @@ class Tracing:
         from opentelemetry.trace import SpanKind
 
         request = Request(scope)
-        state, status = request.state, 0
+        state = request.state
         body: list[int] = []
         span = self._tracer.start_span(
             _name(request), _context(state.caller), SpanKind.SERVER, _known(request)
@@ -106,28 +106,20 @@ class Tracing:
                 body.append(time_ns())
             return message
 
-        async def noted(message: Message) -> None:
-            nonlocal status
-            status = message.get("status", status)
-            await send(message)
-
         try:
-            await self.app(scope, timed, noted)
-        except Exception:
-            status = INTERNAL.status
-            raise
+            await self.app(scope, timed, send)
         finally:
             if span.is_recording():
-                self._end(span, request, status, body)
+                self._end(span, request, body)
 
-    def _end(self, span: "Span", request: Request, status: int, body: list[int]) -> None:
+    def _end(self, span: "Span", request: Request, body: list[int]) -> None:
         from opentelemetry.context import Context
         from opentelemetry.trace import Status, StatusCode, set_span_in_context
 
         ended, below = time_ns(), set_span_in_context(span, Context())
         facts, route = dict(request.state.facts), self._routes.name(request.scope)
-        # Where the connection has answered in place of the application.
-        status = facts.pop("status", status)
+        facts.pop("status", None)
+        status: int = request.state.status  # which the observer, further in, has noted
         attributes = {f"primfit.{name}": value for name, value in facts.items() if name != "problem"}
         attributes |= {"http.route": route, "http.response.status_code": status or None}
         attributes["error.type"] = facts.get("problem")

@@ -7,7 +7,7 @@ from typing import Any, BinaryIO
 
 from ..engine.answer import to_json
 from ..engine.cut import Cut, Label, Stored, cut_cloud, store
-from ..engine.fit import config_of
+from ..engine.fit import config_of, prepared
 from ..readers import (
     Cloud,
     FieldError,
@@ -206,5 +206,5 @@ class SegmentJob:
 
 
 def _found(cloud: Cloud, options: Mapping[str, Any], limits: Limits) -> Found:
-    _, content, facts = fitted(cloud, options, limits)
+    _, content, facts = fitted(prepared(cloud, options), options, limits)
     return Found(to_json(content), facts)

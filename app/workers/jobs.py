@@ -156,12 +156,11 @@ def _fit(job: FitJob) -> Reply:
 def fitted(
     cloud: Cloud, options: Mapping[str, Any], limits: Limits
 ) -> tuple[Recognition, dict[str, Any], dict[str, Any]]:
-    """What was recognized, the answer, and what the log and the metrics say of it.
+    """What was recognized in a prepared cloud, the answer, and what the log and the metrics say of it.
 
     Raises `TooLargeError` before the fit where the criterion may not be done in time.
     """
     started = perf_counter()
-    cloud = prepared(cloud, options)
     limits.check_criterion(len(cloud.points), options.get("criterion", CRITERION))
     recognition, content = answered(cloud, options)
     primitive = content["primitive"]

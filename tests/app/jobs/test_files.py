@@ -1,8 +1,6 @@
 """The files of a job: what counts is read back, the rest is written again, a full disk changes nothing."""
 
 import json
-import os
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +10,7 @@ from primfit.app.engine.items import Told
 from primfit.app.jobs.files import Folder, Line
 from primfit.app.jobs.record import Part
 from primfit.app.wire.problems import InsufficientStorageError
+from tests.app.disks import disk_of
 
 
 def _line(k: int, file: int = 1, of: int = 1000) -> Line:
@@ -36,14 +35,8 @@ def folder(tmp_path: Path) -> Folder:
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A disk of 64 KiB."""
-    place = tmp_path / "small"
-    place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(place)]
-    if os.geteuid() != 0 or subprocess.run(mount, check=False, capture_output=True).returncode != 0:
-        pytest.skip("needs the right to mount a small disk")
-    yield place
-    subprocess.run(["umount", str(place)], check=True)
+    with disk_of("64k", tmp_path / "small") as place:
+        yield place
 
 
 def test_a_body_is_kept_from_bytes_and_from_a_file(folder: Folder, tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ import pytest
 
 from primfit.app.wire.schemas import BatchAnswer, BatchProblem, BatchSummary
 from tests.app.processes import needs_proc, ticks
+from tests.app.service.scans import csv, many
 from tests.app.serving import PATIENCE, Service, running, wait_for, workers
 from tests.paths import DOCS, EXAMPLES, ROOT
 
@@ -42,25 +43,6 @@ def hurried(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
     times = {"fit_time_limit": 5.0, "send_timeout": 1.0}
     with running(tmp_path_factory.mktemp("bodies"), workers=1, queue_size=1, **times) as started:
         yield started
-
-
-def _csv(points: np.ndarray, labels: Any = None) -> bytes:
-    rows = [",".join(map(repr, row)) for row in points.tolist()]
-    if labels is None:
-        return "\n".join(["x,y,z", *rows]).encode()
-    return "\n".join(
-        ["x,y,z,label", *(f"{row},{label}" for row, label in zip(rows, labels, strict=True))]
-    ).encode()
-
-
-def _many(n_segments: int, n_points: int = 100) -> bytes:
-    """A scan of so many cylinders in one file; each differs from the others."""
-    rng = np.random.default_rng(n_segments)
-    n = n_segments * n_points
-    angle, height = rng.uniform(0, 5, n), rng.uniform(-2, 2, n)
-    radius = np.repeat(np.linspace(1, 2, n_segments), n_points)
-    points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height])
-    return _csv(points + rng.normal(scale=1e-3, size=(n, 3)), np.repeat(np.arange(n_segments), n_points))
 
 
 def _npy(array: np.ndarray) -> bytes:
@@ -108,7 +90,7 @@ def _is_clean(service: Service) -> bool:
 
 def test_each_item_is_answered_in_order_as_fit_would(service: Service) -> None:
     other = ROWS * 2.0 + 1.0
-    labeled = _csv(np.vstack([other, ROWS, ROWS[:2]]), ["wall b"] * 300 + ["wall a"] * 300 + ["crumb"] * 2)
+    labeled = csv(np.vstack([other, ROWS, ROWS[:2]]), ["wall b"] * 300 + ["wall a"] * 300 + ["crumb"] * 2)
     files = [("part.csv", CSV), ("words.txt", b"no cloud\n"), ("scan.csv", labeled), ("part.csv", CSV)]
     options = {"kinds": ["cylinder", "cone"], "seed": 5}
     parts = [("file", file) for file in files] + [("options", (None, json.dumps(options).encode()))]
@@ -122,7 +104,7 @@ def test_each_item_is_answered_in_order_as_fit_would(service: Service) -> None:
         ("scan.csv#wall b", "scan.csv", "wall b"),
         ("part.csv~2", "part.csv", None),
     ]
-    alone = [CSV, b"no cloud\n", _csv(ROWS[:2]), _csv(ROWS), _csv(other), CSV]
+    alone = [CSV, b"no cloud\n", csv(ROWS[:2]), csv(ROWS), csv(other), CSV]
     for line, (item, file, label), body in zip(lines, heads, alone, strict=False):
         said = service.client.post(
             "/fit", content=body, params=options, headers=SAME_ID | {"Content-Type": "text/csv"}
@@ -157,7 +139,7 @@ def test_normals_go_with_their_segment(service: Service) -> None:
 
 @pytest.mark.parametrize("where", ["query", "part"])
 def test_the_column_of_labels_is_named_or_not_wanted(service: Service, where: str) -> None:
-    body = _csv(np.vstack([ROWS, ROWS + 1.0]), [1] * 300 + [2] * 300)
+    body = csv(np.vstack([ROWS, ROWS + 1.0]), [1] * 300 + [2] * 300)
     other = body.replace(b"label", b"color")
 
     def labels(name: str, file: bytes) -> list[Any]:
@@ -180,7 +162,7 @@ def test_the_column_of_labels_is_named_or_not_wanted(service: Service, where: st
 
 @pytest.mark.parametrize("media_type", ["text/csv", "application/octet-stream"])
 def test_a_raw_body_is_one_file(service: Service, media_type: str) -> None:
-    body = _csv(np.vstack([ROWS, ROWS + 1.0]), [1] * 300 + [2] * 300)
+    body = csv(np.vstack([ROWS, ROWS + 1.0]), [1] * 300 + [2] * 300)
     response = service.client.post("/fit/batch?seed=3", content=body, headers={"Content-Type": media_type})
     lines = _lines(response)
     assert [(line["id"], line["file"], line["label"]) for line in lines[:-1]] == [
@@ -216,7 +198,7 @@ def test_what_stands_beside_points_in_json_goes_with_their_segment(service: Serv
 @pytest.mark.parametrize("n_bytes", [10**3, 10**6])
 def test_bodies_and_files_may_be_packed(service: Service, n_bytes: int) -> None:
     """Small ones in memory, and ones that are kept on disk."""
-    scan = _many(2) + b"\n" * n_bytes
+    scan = many(2) + b"\n" * n_bytes
     part = b'--x\r\nContent-Disposition: form-data; name="file"; filename="%s"\r\n\r\n%s\r\n'
     body = part % (b"a.csv", scan) + part % (b"b.csv", CSV) + b"--x--\r\n"
     headers = {"Content-Type": "multipart/form-data; boundary=x", **SAME_ID}
@@ -269,14 +251,14 @@ def test_what_is_wrong_altogether_is_refused_before_a_line(
 
 
 def test_any_number_of_workers_gives_the_same_bytes(service: Service, single: Service) -> None:
-    files = [("file", (f"{i}.csv", _many(i))) for i in (2, 1, 3)]
+    files = [("file", (f"{i}.csv", many(i))) for i in (2, 1, 3)]
     replies = [s.client.post("/fit/batch", files=files, headers=SAME_ID).content for s in (service, single)]
     assert replies[0] == replies[1]
     assert replies[0].count(b"\n") == 7
 
 
 def test_the_order_holds_whatever_takes_longest(service: Service) -> None:
-    files = [("a.npy", _big(200_000)), ("b.csv", _many(40, 30)), ("c.npy", _big(100_000)), ("d.csv", CSV)]
+    files = [("a.npy", _big(200_000)), ("b.csv", many(40, 30)), ("c.npy", _big(100_000)), ("d.csv", CSV)]
     lines = _post(service, *files)
     assert [line["id"] for line in lines[:-1]] == [
         "a.npy",
@@ -330,12 +312,12 @@ def test_a_name_with_control_characters_is_refused_or_made_harmless(service: Ser
 
 def test_labels_from_outside_give_ids_that_differ(service: Service) -> None:
     labels = ["a/b", "a_b", "A_B", "x" * 90, "x" * 89 + "y"]
-    scan = _csv(np.tile(ROWS[:2], (5, 1)), np.repeat(labels, 2))
+    scan = csv(np.tile(ROWS[:2], (5, 1)), np.repeat(labels, 2))
     lines = _post(service, ("n" * 100 + ".csv", scan))[:-1]
     assert sorted(line["label"] for line in lines) == sorted(labels)
     ids = [line["id"].casefold() for line in lines]
     assert len(set(ids)) == 5 and max(map(len, ids)) <= 80
-    long = _post(service, ("a.csv", _csv(ROWS[:2], ["x" * 201] * 2)))
+    long = _post(service, ("a.csv", csv(ROWS[:2], ["x" * 201] * 2)))
     assert (
         long[0]["problem"]["errors"][0]["field"] == "labels"
         and "200 characters" in long[0]["problem"]["detail"]
@@ -346,11 +328,11 @@ def test_items_are_limited(single: Service) -> None:
     eight = [("file", ("a.csv", CSV))] * 8
     response = single.client.post("/fit/batch", files=eight)
     assert response.status_code == 413 and "more than 7 files" in response.json()["detail"]
-    assert [line["id"] for line in _post(single, ("a.csv", _many(6)), ("b.csv", CSV))[:-1]] == [
+    assert [line["id"] for line in _post(single, ("a.csv", many(6)), ("b.csv", CSV))[:-1]] == [
         *(f"a.csv#{i}" for i in range(6)),
         "b.csv",
     ]
-    lines = _post(single, ("a.csv", _many(3)), ("b.csv", _many(4)), ("c.csv", _many(2)), ("d.csv", CSV))
+    lines = _post(single, ("a.csv", many(3)), ("b.csv", many(4)), ("c.csv", many(2)), ("d.csv", CSV))
     assert [line["id"] for line in lines[:-1]] == [
         "a.csv#0",
         "a.csv#1",
@@ -361,7 +343,7 @@ def test_items_are_limited(single: Service) -> None:
         "d.csv",
     ]
     assert lines[3]["problem"]["type"] == "urn:primfit:problem:too-large"
-    whole = _post(single, ("a.csv", _many(8)))
+    whole = _post(single, ("a.csv", many(8)))
     assert "8 segments" in whole[0]["problem"]["detail"]
 
 
@@ -390,7 +372,7 @@ def _wait_for_work(service: Service) -> int:
 @needs_proc
 def test_lines_come_before_the_last_item_is_done_and_a_lost_worker_costs_one(single: Service) -> None:
     """The worker is killed over the second file, when the first line is there: so the line did not wait."""
-    files = ("a.csv", CSV), ("b.npy", _big()), ("c.csv", _many(2))
+    files = ("a.csv", CSV), ("b.npy", _big()), ("c.csv", many(2))
     with _streamed(single, *files, criterion="minimum_zone") as response:
         lines = response.iter_lines()
         first = json.loads(next(lines))
@@ -407,7 +389,7 @@ def test_lines_come_before_the_last_item_is_done_and_a_lost_worker_costs_one(sin
 @needs_proc
 def test_other_requests_have_their_turn(hurried: Service) -> None:
     """The worker is at work after the answer to another request: so the batch was not done before it."""
-    with _streamed(hurried, ("a.csv", _many(300, 300))) as response:
+    with _streamed(hurried, ("a.csv", many(300, 300))) as response:
         lines = response.iter_lines()
         next(lines)
         other = httpx.post(f"http://127.0.0.1:{hurried.port}/fit", json=SMALL, timeout=60)
@@ -418,7 +400,7 @@ def test_other_requests_have_their_turn(hurried: Service) -> None:
 
 @needs_proc
 def test_an_item_over_the_time_limit_costs_that_item(hurried: Service) -> None:
-    with _streamed(hurried, ("a.csv", _many(60, 300))) as response:
+    with _streamed(hurried, ("a.csv", many(60, 300))) as response:
         lines = response.iter_lines()
         next(lines)
         os.kill(_wait_for_work(hurried), signal.SIGSTOP)
@@ -430,7 +412,7 @@ def test_an_item_over_the_time_limit_costs_that_item(hurried: Service) -> None:
 
 @needs_proc
 def test_a_client_that_goes_away_stops_the_rest(hurried: Service) -> None:
-    with _streamed(hurried, ("a.csv", _many(500, 300))) as response:
+    with _streamed(hurried, ("a.csv", many(500, 300))) as response:
         lines = response.iter_lines()
         next(lines)
     wait_for(lambda: _is_clean(hurried))
@@ -467,7 +449,7 @@ def test_a_client_that_takes_nothing_is_given_up(hurried: Service) -> None:
 
 
 def test_open_batches_are_limited(hurried: Service) -> None:
-    with _streamed(hurried, ("a.csv", _many(300, 300))) as response:
+    with _streamed(hurried, ("a.csv", many(300, 300))) as response:
         lines = response.iter_lines()
         next(lines)
         refused = httpx.post(f"http://127.0.0.1:{hurried.port}/fit/batch", json=SMALL, timeout=PATIENCE)

@@ -27,7 +27,8 @@ from tests.app.service.connections import (
     sent_until_closed,
     statuses,
 )
-from tests.app.service.test_jobs import ended, hand_in, many
+from tests.app.service.scans import many
+from tests.app.service.test_jobs import ended, hand_in
 from tests.app.serving import ALICE, PATIENCE, Service, running, wait_for
 from tests.paths import EXAMPLES
 

@@ -12,30 +12,17 @@ from typing import Any
 from urllib.parse import urljoin
 
 import httpx
-import numpy as np
 import pytest
 
 from primfit.app.wire.job_schemas import JobList, JobStatus
 from tests.app.processes import needs_proc
 from tests.app.service.asking import BEARER, is_problem
+from tests.app.service.scans import many
 from tests.app.serving import NAMELESS, PATIENCE, Service, running, wait_for, workers
 from tests.paths import EXAMPLES
 
 SEGMENTS = (EXAMPLES / "segments.csv").read_bytes()
 CSV = {"Content-Type": "text/csv", "X-Request-Id": "job-1"}
-
-
-def many(n_segments: int, n_points: int = 60) -> bytes:
-    """A scan of so many cylinders, no two of them alike, in one file."""
-    rng = np.random.default_rng(n_segments)
-    n = n_segments * n_points
-    angle, height = rng.uniform(0, 5, n), rng.uniform(-2, 2, n)
-    radius = np.repeat(np.linspace(1, 2, n_segments), n_points)
-    points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height])
-    points += rng.normal(scale=1e-3, size=(n, 3))
-    labels = np.repeat(np.arange(n_segments), n_points)
-    rows = (f"{x!r},{y!r},{z!r},{label}" for (x, y, z), label in zip(points.tolist(), labels, strict=True))
-    return "\n".join(["x,y,z,label", *rows]).encode()
 
 
 def hand_in(service: Service, body: bytes, **headers: str) -> str:

@@ -27,12 +27,12 @@ async def _abandoned() -> bool:
 
 
 def _with_pool(
-    work: Callable[[Any], Any], use: Callable[[WorkerPool], Awaitable[None]], **options: Any
+    work: Callable[[Any], Any], use: Callable[[WorkerPool], Awaitable[None]], size: int = 1, **options: Any
 ) -> None:
-    """Run `use` with a pool of one worker that does `work`."""
+    """Run `use` with a pool of workers that do `work`."""
 
     async def run() -> None:
-        pool = WorkerPool(1, os.getpid, work, **options)
+        pool = WorkerPool(size, os.getpid, work, **options)
         pool.start()
         try:
             await use(pool)
@@ -172,42 +172,31 @@ def test_work_that_would_be_cut_off_is_not_begun() -> None:
 
 
 def test_large_ones_leave_a_worker_to_small_ones() -> None:
-    async def use() -> None:
-        pool = WorkerPool(2, os.getpid, time.sleep)
-        pool.start()
-        try:
-            await _until(lambda: pool.n_warm == 2)
-            large = [asyncio.create_task(pool.run(PATIENCE, _wanted, large=True)) for _ in range(3)]
-            await _until(lambda: pool.n_busy == 1 and pool.n_waiting["large"] == 2)
-            assert await pool.run(0.0, _wanted) is None
-            assert pool.n_busy == 1
-            for task in large:
-                task.cancel()
-        finally:
-            pool.stop()
+    async def use(pool: WorkerPool) -> None:
+        await _until(lambda: pool.n_warm == 2)
+        large = [asyncio.create_task(pool.run(PATIENCE, _wanted, large=True)) for _ in range(3)]
+        await _until(lambda: pool.n_busy == 1 and pool.n_waiting["large"] == 2)
+        assert await pool.run(0.0, _wanted) is None
+        assert pool.n_busy == 1
+        for task in large:
+            task.cancel()
 
-    asyncio.run(use())
+    _with_pool(time.sleep, use, size=2)
 
 
 def test_large_items_of_a_batch_do_not_hold_up_small_ones_of_another() -> None:
-    async def use() -> None:
-        pool = WorkerPool(2, os.getpid, time.sleep)
-        pool.start()
-        try:
-            await _until(lambda: pool.n_warm == 2)
-            with pool.batch() as first, pool.batch() as second:
-                large = [asyncio.create_task(first(PATIENCE, _wanted, heavy=True)) for _ in range(4)]
-                await _until(lambda: pool.n_busy == 1 and pool.n_waiting["batches"] == 3)
-                await asyncio.wait_for(
-                    asyncio.gather(*(second(0.0, _wanted) for _ in range(9))), PATIENCE / 2
-                )
-                assert pool.n_busy == 1
-                for task in large:
-                    task.cancel()
-        finally:
-            pool.stop()
+    async def use(pool: WorkerPool) -> None:
+        await _until(lambda: pool.n_warm == 2)
+        with pool.batch() as first, pool.batch() as second:
+            large = [asyncio.create_task(first(PATIENCE, _wanted, heavy=True)) for _ in range(4)]
+            await _until(lambda: pool.n_busy == 1 and pool.n_waiting["batches"] == 3)
+            small = asyncio.gather(*(second(0.0, _wanted) for _ in range(9)))
+            await asyncio.wait_for(small, PATIENCE / 2)
+            assert pool.n_busy == 1
+            for task in large:
+                task.cancel()
 
-    asyncio.run(use())
+    _with_pool(time.sleep, use, size=2)
 
 
 @needs_proc
