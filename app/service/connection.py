@@ -1,6 +1,7 @@
 """A connection that nobody can hold for long, nor fill: uvicorn's, with limits on what a client may do."""
 
 import asyncio
+import socket
 import sys
 import uuid
 from contextlib import suppress
@@ -35,6 +36,8 @@ MAX_PIPELINED = 32
 _LINGER_SECONDS, _LINGER_BYTES = 1.0, 2**20
 """So long, and so much, is read after an answer of a client that sends still: else it might not see it."""
 _NOT_HTTP = "what came is not a request of HTTP/1.1, or its length is not certain"
+_ACKED = slice(120, 128)
+"""`tcpi_bytes_acked` in the `tcp_info` of Linux (linux/tcp.h)."""
 _NOTHING, _HEAD, _BODY = range(3)
 """What of a request has begun to arrive."""
 
@@ -56,7 +59,7 @@ class Connection(HttpToolsProtocol):
         self._patience = settings.first_byte_timeout
         self._incoming = Pace(settings.receive_timeout, settings.min_rate, settings.transfer_time_limit)
         self._outgoing = Pace(settings.send_timeout, settings.min_rate, settings.transfer_time_limit)
-        self._n_waiting = 0
+        self._n_taken = 0
         self._answering: RequestResponseCycle | None = None
         self._is_awaited = self._is_kept = False
         self._parting: Any = _Parting(self)
@@ -67,6 +70,7 @@ class Connection(HttpToolsProtocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
         self.flow = self._flow = _Flow(transport)
+        self._socket = transport.get_extra_info("socket")
         if not self._door.admit(self):
             limit = self._door.settings.max_connections
             self._refuse(TooManyConnectionsError(f"{limit} connections have a request under way; ask again"))
@@ -182,7 +186,8 @@ class Connection(HttpToolsProtocol):
     def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
         self._answering = cycle
         self._door.works(self)
-        self._outgoing.restart()
+        if not self._n_sent():  # else the answers before it are not taken yet
+            self._outgoing.restart()
         super()._start_asgi_task(cycle, partial(self._answered_by, app))
 
     async def _answered_by(self, app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
@@ -210,10 +215,10 @@ class Connection(HttpToolsProtocol):
 
     def pause_writing(self) -> None:
         super().pause_writing()
-        self._n_waiting = self._n_untaken()
+        self._note_taken()
 
     def resume_writing(self) -> None:
-        self._taken()
+        self._note_taken()
         super().resume_writing()
 
     def _rest(self) -> None:
@@ -259,22 +264,40 @@ class Connection(HttpToolsProtocol):
             self._refuse(BodyTimeoutError(f"the body did not arrive: {complaint}"))
 
     def _is_not_taken(self, seconds: float) -> bool:
-        """Whether the client takes too long to take its answer."""
-        self._taken()
-        if self._n_waiting:
+        """Whether the client takes too long to take its answers.
+
+        What is on its way does not wait, but what lies in the system's buffer, maybe megabytes, and does not
+        move.
+        """
+        moves = self._note_taken()
+        if self.transport.get_write_buffer_size() or (not moves and self._n_sent()):
             return self._outgoing.complaint(seconds) is not None
         self._outgoing.caught_up()
         return False
 
-    def _taken(self) -> None:
-        """Note what the client has taken: at least what waits less than when it was last looked at."""
-        before, self._n_waiting = self._n_waiting, self._n_untaken()
-        self._outgoing.moved(max(0, before - self._n_waiting))
+    def _note_taken(self) -> bool:
+        """Note what the client has taken since the last time; whether that is something."""
+        before, self._n_taken = self._n_taken, self._taken()
+        self._outgoing.moved(max(0, self._n_taken - before))
+        return self._n_taken > before
 
-    def _n_untaken(self) -> int:
-        """Bytes that wait, with those in the system's buffer, which may be megabytes; 0 if it takes all."""
-        n_bytes: int = self.transport.get_write_buffer_size()
-        return n_bytes and n_bytes + _n_sent(self.transport.get_extra_info("socket").fileno())
+    def _taken(self) -> int:
+        """Bytes that the client has taken of all; where the system does not tell, what waits, below zero."""
+        if sys.platform == "linux":
+            with suppress(OSError):
+                info = self._socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _ACKED.stop)
+                return int.from_bytes(info[_ACKED], sys.byteorder)
+        return -self.transport.get_write_buffer_size()
+
+    def _n_sent(self) -> int:
+        """Bytes that the system has taken and the client has not; 0 where it does not tell (not Linux)."""
+        try:
+            from fcntl import ioctl
+            from termios import TIOCOUTQ
+
+            return int.from_bytes(ioctl(self._socket.fileno(), TIOCOUTQ, bytes(4)), sys.byteorder)
+        except (ImportError, OSError):
+            return 0
 
     def _refuse(self, error: ServiceError) -> None:
         """Read no further, and tell why, after the answers to the requests that came before."""
@@ -341,17 +364,6 @@ class Connection(HttpToolsProtocol):
 def _is_event_stream(start: Message) -> bool:
     media_type: bytes = dict(start["headers"]).get(b"content-type", b"")
     return media_type.partition(b";")[0] == b"text/event-stream"
-
-
-def _n_sent(descriptor: int) -> int:
-    """Bytes that the system has taken and the client has not; 0 where it does not tell (not Linux)."""
-    try:
-        from fcntl import ioctl
-        from termios import TIOCOUTQ
-
-        return int.from_bytes(ioctl(descriptor, TIOCOUTQ, bytes(4)), sys.byteorder)
-    except (ImportError, OSError):
-        return 0
 
 
 class _Parting:

@@ -58,11 +58,12 @@ def statuses(answered: bytes) -> list[int]:
     return [int(piece[:3]) for piece in answered.split(b"HTTP/1.1 ")[1:]]
 
 
-def sent_until_closed(connection: socket.socket, piece: bytes, limit: float) -> int:
+def sent_until_closed(connection: socket.socket, piece: bytes, limit: float, pause: float = 0.0) -> int:
     """How many bytes go out, this piece again and again, until the service has closed the connection."""
     n_bytes, end = 0, time.monotonic() + limit
     with contextlib.suppress(ConnectionResetError, BrokenPipeError):
         while True:
             assert time.monotonic() < end, f"the service still takes bytes after {n_bytes}"
             n_bytes += connection.send(piece)
+            time.sleep(pause)
     return n_bytes

@@ -4,6 +4,7 @@ import json
 import logging
 import resource
 import socket
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -378,6 +379,14 @@ def test_a_client_that_takes_no_answer_is_closed(hasty: Service) -> None:
     with _many_answers(hasty) as connection:
         wait_for(lambda: "a client does not take its answer" in hasty.log.read_text(), SOON)
         assert statuses(rest(connection)).count(200) < 33
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell what they have sent")
+def test_a_client_that_asks_on_but_takes_nothing_is_closed(hasty: Service) -> None:
+    """All that it has asked for is in the system's buffers, and each request would be a sign of life."""
+    ask = GET.replace(b"/livez", b"/openapi.json")
+    with connected(hasty.port, ask, receive_buffer=4096) as connection:
+        assert sent_until_closed(connection, GET, SOON, pause=0.1) < 100 * len(GET)
 
 
 def test_a_client_that_takes_its_answer_slowly_gets_it(hasty: Service) -> None:
