@@ -19,6 +19,8 @@ from .laz_chunks import check_chunks
 from .limits import UNLIMITED, Limits
 
 _PIECE = 50_000
+_PANIC = "PanicException"
+"""What a fault within lazrs, which is written in Rust, raises: not an `Exception`, and nothing to import."""
 
 
 def read_las(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
@@ -34,7 +36,9 @@ def read_las(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -
         return _decode(data, header, pick)
     except UnreadableFileError:
         raise
-    except Exception as error:  # laspy and lazrs have no common class of errors
+    except BaseException as error:  # laspy and lazrs have no common class of errors
+        if not isinstance(error, Exception) and type(error).__name__ != _PANIC:
+            raise
         raise UnreadableFileError("file", "the points cannot be decoded: the file is damaged") from error
 
 

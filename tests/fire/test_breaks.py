@@ -140,14 +140,23 @@ def test_a_full_disk(small_disk: Path) -> None:
             figures.at_least(f"{what}: Retry-After", int(refused.headers.get(b"retry-after", 0)), 1, "s")
             figures.none("small requests that fail meanwhile", without(meanwhile, 200))
             figures.none("files left", list(small_disk.iterdir()))
-        fits_again = asyncio.run(Client(service.port).ask(fitting))
+        fits_again = asyncio.run(_alone(service.port, fitting))
         figures.equals("a body that fits: status", fits_again.status, 200)
 
 
 async def _beside(port: int, content: bytes) -> tuple[Answer, list[Answer]]:
     small = asyncio.ensure_future(together(port, fits(300, csv, CSV), 2, 2.0))
-    answer = await Client(port).ask(content)
+    answer = await _alone(port, content)
     return answer, await small
+
+
+async def _alone(port: int, content: bytes) -> Answer:
+    """The answer on a connection of its own."""
+    client = Client(port)
+    try:
+        return await client.ask(content)
+    finally:
+        client.close()
 
 
 OLD, NEW = "old-old-old-old-old-old", "new-new-new-new-new-new"
