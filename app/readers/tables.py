@@ -188,7 +188,8 @@ def _unnamed(rows: list[list[str]], delimiter: str | None, width: int, pick: Pic
     if pick.columns is None:
         _refuse_decimal_comma_pairs(rows, delimiter)
     even = [cells for cells in rows if len(cells) >= width]
-    table = np.array([[_value(cell) for cell in cells[:width]] for cells in even], np.float64)
+    values = [_value(cell) for cells in even for cell in cells[:width]]
+    table = np.array(values, np.float64).reshape(-1, width)  # also where no row is whole
     # Words, and numbers without a point, are no coordinates, if there are others.
     strange = [all(_is_strange(cells[i]) for cells in even) for i in range(width)]
     return number_columns(width, pick, table, strange)
