@@ -135,7 +135,7 @@ def _told(head: str, but: re.Pattern[str] | None = None) -> Iterator[tuple[int, 
 
 def _announced(sample: Lines) -> int | None:
     """The number of points that the first line of a PTS file tells: a bare one, before rows of several."""
-    first = sample[0][1].strip()  # of more than int() would
+    first = sample[0][1].strip()  # of white space that int() does not take, too
     if len(sample) > 1 and re.fullmatch(r"\d{1,18}", first) and len(_cut(sample[1][1])) >= 3:
         return int(first)
     return None

@@ -11,7 +11,7 @@ from primfit.app.wire.problems import problem
 from tests.fuzz.targets import LIMITS, TARGETS
 
 CPU_SECONDS = 1.0
-"""For one input."""
+"""Of the processor, for one input: what others do on the machine does not count."""
 
 MEGABYTES = 200
 """Beyond what the process held before the first input."""
