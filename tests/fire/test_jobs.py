@@ -156,7 +156,7 @@ def _told(service: Service) -> str:
 def test_postgresql_is_killed_and_started_again(tmp_path: Path, postgres: Postgres, expected: bytes) -> None:
     with running(tmp_path / "one", **_settings(tmp_path, jobs_database=postgres.url())) as service:
         path = _hand_in(service)
-        for _ in range(2):
+        for n in range(2):
             n_before = _some_more(service, path)
             postgres.kill()
             refused = service.client.post(f"/jobs{QUERY}", content=BODY, headers=CSV)
@@ -166,7 +166,7 @@ def test_postgresql_is_killed_and_started_again(tmp_path: Path, postgres: Postgr
                 "/fit", content=BODY[:2000].rpartition(b"\n")[0], headers=CSV
             ).is_success
             postgres.start()
-            _resumed(service, path, n_before, "PostgreSQL killed and started again")
+            _resumed(service, path, n_before, f"PostgreSQL killed and started again ({n + 1})")
         assert ended(service, path, LONG)["status"] == "successful"
         assert results(service, path) == expected
 
@@ -180,8 +180,8 @@ def test_services_share_a_postgresql_and_one_is_killed(
         paths = [_hand_in(one) for _ in range(2)]
         _some_more(other, paths[0])
         _kill(one)
-        for path in paths:
-            _resumed(other, path, _lines(other, path), "service killed, another service")
+        for n, path in enumerate(paths):
+            _resumed(other, path, _lines(other, path), f"service killed, another service ({n + 1})")
         for path in paths:
             assert ended(other, path, LONG)["status"] == "successful"
             assert results(other, path) == expected
