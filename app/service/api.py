@@ -216,6 +216,7 @@ async def fit_batch(request: Request) -> Response:
             return Response(opened.content, opened.status, opened.headers, opened.media_type)
         if unpacked is not None:
             resources.enter_context(spool.share()).reach(size(unpacked))
+        scratch = resources.enter_context(spool.files())
         kept = resources.pop_all()
     run = partial(run, abandoned=request.is_disconnected)
     metrics, facts = request.app.state.metrics, request.state.facts
@@ -225,9 +226,8 @@ async def fit_batch(request: Request) -> Response:
         media_type,
         opened,
         settings,
-        spool,
+        scratch,
         run,
-        kept,
         metrics,
         facts,
     )

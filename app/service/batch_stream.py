@@ -24,7 +24,6 @@ from .media_types import NDJSON
 from .metrics import Metrics
 from .ordered import in_order
 from .settings import Settings
-from .spool import Spool
 
 _AHEAD = 8
 """Items, for each worker, that may be done before their turn to be sent has come."""
@@ -59,9 +58,8 @@ class Batch:
     media_type: str
     opened: Opened
     settings: Settings
-    spool: Spool
+    scratch: Callable[[], Scratch]
     run: Callable[..., Awaitable[Any]]
-    resources: AsyncExitStack
     metrics: Metrics
     facts: dict[str, Any]
     told: Sequence[Told] = ()
@@ -144,7 +142,7 @@ class Batch:
     async def _read(self, part: Part) -> tuple[Part, Scratch | None, CutFile | Found | Reply]:
         settings = self.settings
         try:
-            scratch = self.resources.enter_context(self.spool.file())
+            scratch = self.scratch()
         except InsufficientStorageError as error:
             return part, None, self._problem(error)
         content: bytes | Stretch

@@ -2,8 +2,8 @@
 
 import shutil
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,22 @@ class Spool:
         """An empty file, open for writing, which goes when it is closed."""
         with room_needed():
             return tempfile.NamedTemporaryFile(prefix=self._prefix, dir=self._directory)
+
+    @contextmanager
+    def files(self) -> Iterator[Callable[[], Any]]:
+        """Makes such files until the block ends, and they with it; asked later, it raises `ValueError`."""
+        is_open = True
+
+        def file() -> Any:
+            if not is_open:
+                raise ValueError("the request that this file is for has ended")
+            return made.enter_context(self.file())
+
+        with ExitStack() as made:
+            try:
+                yield file
+            finally:
+                is_open = False
 
     @contextmanager
     def share(self) -> Iterator["Share"]:

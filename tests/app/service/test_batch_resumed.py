@@ -2,7 +2,6 @@
 
 import asyncio
 import gzip
-from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import Any
 
@@ -54,20 +53,10 @@ async def _lines(told: list[Told], run: Any = None) -> Lines:
     async def here(job: Any, heavy: bool = False) -> Any:
         return jobs.run(job)
 
-    async with AsyncExitStack() as resources:
-        opened = _opened(asked, body)
+    opened = _opened(asked, body)
+    with SPOOL.files() as scratch:
         batch = Batch(
-            "r",
-            body,
-            "multipart/form-data",
-            opened,
-            SETTINGS,
-            SPOOL,
-            run or here,
-            resources,
-            Metrics(),
-            {},
-            told,
+            "r", body, "multipart/form-data", opened, SETTINGS, scratch, run or here, Metrics(), {}, told
         )
         return [line async for line in batch.told_lines()]
 
