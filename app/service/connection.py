@@ -28,6 +28,10 @@ from ..wire.problems import (
 from .door import AT_THE_DOOR, Door
 from .pace import Pace
 
+if sys.platform == "linux":
+    from fcntl import ioctl
+    from termios import TIOCOUTQ
+
 MAX_HEAD_BYTES = 32 * 1024
 """Of the request line with the headers, and of what else may stand between two pieces of a body."""
 MAX_HEADERS = 100
@@ -291,13 +295,10 @@ class Connection(HttpToolsProtocol):
 
     def _n_sent(self) -> int:
         """Bytes that the system has taken and the client has not; 0 where it does not tell (not Linux)."""
-        try:
-            from fcntl import ioctl
-            from termios import TIOCOUTQ
-
-            return int.from_bytes(ioctl(self._socket.fileno(), TIOCOUTQ, bytes(4)), sys.byteorder)
-        except (ImportError, OSError):
-            return 0
+        if sys.platform == "linux":
+            with suppress(OSError):
+                return int.from_bytes(ioctl(self._socket.fileno(), TIOCOUTQ, bytes(4)), sys.byteorder)
+        return 0
 
     def _refuse(self, error: ServiceError) -> None:
         """Read no further, and tell why, after the answers to the requests that came before."""
