@@ -10,7 +10,7 @@ from time import perf_counter, time_ns
 
 import orjson
 from fastapi import APIRouter, FastAPI, Request, Response
-from fastapi.responses import HTMLResponse, PlainTextResponse, RedirectResponse
+from fastapi.responses import HTMLResponse, PlainTextResponse
 from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
@@ -23,7 +23,7 @@ from ..workers import PRELOAD, jobs
 from ..workers.batch_jobs import OpenJob
 from ..workers.pool import WorkerPool
 from ..workers.request_id import RequestId
-from . import docs_page, job_routes, metrics, openapi, operations, tracing
+from . import docs_page, job_routes, metrics, openapi, operations, tracing, viewer
 from .batch_stream import Batch, Lines
 from .body import announced, is_large, received, size
 from .browsers import Addressee, share_with
@@ -285,11 +285,19 @@ async def read_metrics(request: Request) -> Response:
     return Response(request.app.state.metrics.text(), media_type=metrics.MEDIA_TYPE)
 
 
-@router.get("/", include_in_schema=False)
-async def root(request: Request) -> RedirectResponse:
-    """To the documentation, which lies beside this path also where a proxy has taken a prefix away."""
-    prefix = request.scope.get("root_path", "")
-    return RedirectResponse(f"{prefix}/docs" if prefix else "docs")
+@router.get(viewer.ROOT, include_in_schema=False)
+async def root(request: Request) -> Response:
+    """A page that shows clouds and their fits."""
+    return viewer.page(request)
+
+
+@router.get(viewer.PREFIX + "{name}", include_in_schema=False)
+async def part_of_page(request: Request, name: str) -> Response:
+    """What the page consists of."""
+    found = viewer.part(request, name)
+    if found is None:
+        raise HTTPException(404)
+    return found
 
 
 @router.get("/openapi.json", include_in_schema=False)

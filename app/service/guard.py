@@ -5,11 +5,12 @@ from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ..wire.problems import RateLimitedError, UnauthorizedError, respond
+from . import viewer
 from .keys import Keys
 from .rate_limit import RateLimit
 
-OPEN = ("/", "/livez", "/readyz", "/docs", "/openapi.json")
-"""Paths that need no key: probes, and what describes the API, in which nothing is secret."""
+OPEN = (viewer.ROOT, *viewer.PATHS, "/livez", "/readyz", "/docs", "/openapi.json")
+"""Paths that need no key: probes, pages, and what describes the API, in which nothing is secret."""
 UNLIMITED = ("/livez", "/readyz", "/metrics")
 
 

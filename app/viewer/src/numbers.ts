@@ -1,0 +1,24 @@
+/** Numbers as they are read: as many digits as their doubt leaves, and no more. */
+
+/** With so many significant digits, without an exponent where that is short. */
+export function plain(value: number, digits = 5): string {
+  if (value === 0) return "0";
+  const size = Math.floor(Math.log10(Math.abs(value)));
+  if (size < -4 || size > 8) return minus(value.toExponential(digits - 1));
+  return minus(value.toFixed(Math.max(0, digits - 1 - size)));
+}
+
+/** A value with half the width of its interval: both end at the second digit of the doubt. */
+export function doubted(value: number, half: number | null): string {
+  if (half === null || !(half > 0) || !Number.isFinite(half)) return plain(value);
+  const places = Math.max(0, 1 - Math.floor(Math.log10(half)));
+  if (places > 12) return plain(value, 12);
+  return `${minus(value.toFixed(places))} ± ${half.toFixed(places)}`;
+}
+
+export const degrees = (angle: number): number => (angle * 180) / Math.PI;
+
+export const counted = (n: number, one: string, many = `${one}s`): string =>
+  `${n.toLocaleString("en")} ${n === 1 ? one : many}`;
+
+const minus = (text: string): string => text.replace(/-/g, "\u2212");

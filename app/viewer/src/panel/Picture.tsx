@@ -1,0 +1,168 @@
+/** The picture with what lies over it: lengths, the picked point, the lasso, the legend. */
+
+import { effect, signal, useSignalEffect } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { dimensionsOf, surfaceOf } from "../geometry/kinds";
+import type { Vector } from "../geometry/vector";
+import { plain } from "../numbers";
+import { View } from "../scene/scene";
+import * as state from "../state";
+import { chosen, lasso, measured, picked, tool, within } from "../tools";
+import { Legend } from "./Legend";
+
+export const withSurface = signal(true);
+export const withDimensions = signal(true);
+export const view = signal<View | null>(null);
+
+const TURN = 0.12;
+
+export function Picture() {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const tags = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    const made = new View(canvas.current!);
+    view.value = made;
+    made.onFrame = () => placeTags(made, tags.current!);
+    const stops = [
+      effect(() => {
+        made.cloud(state.cloud.value);
+        made.home();
+      }),
+      effect(() => made.look(look())),
+      effect(() => made.show(surface())),
+      effect(() => made.measures(lines().map(({ ends }) => ends))),
+      effect(() => void (made.turns = tool.value !== "lasso")),
+    ];
+    return () => stops.forEach((stop) => stop());
+  }, []);
+  useSignalEffect(() => {
+    lines();
+    requestAnimationFrame(() => view.value && placeTags(view.value, tags.current!));
+  });
+  return (
+    <div class="picture">
+      <canvas
+        ref={canvas}
+        tabIndex={0}
+        role="img"
+        aria-label={described()}
+        aria-describedby="facts"
+        onKeyDown={byKeys}
+        onPointerDown={(event) => start(event)}
+        onPointerMove={(event) => move(event)}
+        onPointerUp={(event) => end(event)}
+      />
+      <div ref={tags} class="tags" aria-hidden="true">
+        {lines().map(({ name, length }) => (
+          <span key={name}>
+            {name} {plain(length)} {state.unit.value}
+          </span>
+        ))}
+      </div>
+      {lasso.value && (
+        <svg class="lasso" aria-hidden="true">
+          <polygon points={lasso.value.map((each) => each.join(",")).join(" ")} />
+        </svg>
+      )}
+      <Legend />
+    </div>
+  );
+}
+
+const look = () => ({
+  values: state.residuals.value,
+  limit: state.limit.value,
+  inliers: state.inliers.value,
+  labels: state.preview.value?.n === state.cloud.value?.n ? (state.preview.value?.labels?.of ?? null) : null,
+  chosen: chosen.value,
+  coloring: state.residuals.value || state.coloring.value === "label" ? state.coloring.value : ("plain" as const),
+});
+
+function surface() {
+  const [at, points] = [state.shown.value, state.cloud.value];
+  return at && points && points.n > 0 && withSurface.value ? surfaceOf(at.primitive, at.extents, points) : null;
+}
+
+interface Length {
+  readonly name: string;
+  readonly length: number;
+  readonly ends: readonly [Vector, Vector];
+}
+
+function lines(): Length[] {
+  const at = state.shown.value;
+  const own = at && withDimensions.value ? dimensionsOf(at.primitive, at.extents) : [];
+  const shown: Length[] = own.map(({ name, length, from, to }) => ({ name, length, ends: [from, to] }));
+  const [a, b] = measured.value;
+  if (a && b) shown.push({ name: "measured", length: Math.hypot(...a.map((each, k) => each - b[k])), ends: [a, b] });
+  return shown;
+}
+
+function placeTags(made: View, tags: HTMLElement): void {
+  lines().forEach(({ ends: [from, to] }, i) => {
+    const [a, b] = [made.seen(from), made.seen(to)];
+    const tag = tags.children[i] as HTMLElement | undefined;
+    tag?.style.setProperty("transform", `translate(${(a[0] + b[0]) / 2}px, ${(a[1] + b[1]) / 2}px)`);
+  });
+}
+
+function described(): string {
+  const [points, told] = [state.cloud.value, state.answer.value];
+  if (!points) return "No points yet";
+  const what = told?.primitive ? `, with a ${told.primitive.kind}` : "";
+  return `${points.n} points${what}. Arrow keys turn the view, plus and minus come closer and go away.`;
+}
+
+function byKeys(event: KeyboardEvent): void {
+  const made = view.value;
+  if (!made || event.ctrlKey || event.metaKey || event.altKey) return;
+  const moves: Record<string, () => void> = {
+    ArrowLeft: () => (event.shiftKey ? made.pan(-0.1, 0) : made.turn(-TURN, 0)),
+    ArrowRight: () => (event.shiftKey ? made.pan(0.1, 0) : made.turn(TURN, 0)),
+    ArrowUp: () => (event.shiftKey ? made.pan(0, -0.1) : made.turn(0, -TURN)),
+    ArrowDown: () => (event.shiftKey ? made.pan(0, 0.1) : made.turn(0, TURN)),
+    "+": () => made.dolly(0.8),
+    "=": () => made.dolly(0.8),
+    "-": () => made.dolly(1.25),
+    Home: () => made.home(),
+  };
+  const act = moves[event.key];
+  if (!act) return;
+  event.preventDefault();
+  act();
+}
+
+let pressed: [number, number] | null = null;
+
+const place = (event: PointerEvent): [number, number] => [event.offsetX, event.offsetY];
+
+function start(event: PointerEvent): void {
+  pressed = place(event);
+  if (tool.value === "lasso") {
+    (event.target as Element).setPointerCapture(event.pointerId);
+    lasso.value = [pressed];
+  }
+}
+
+function move(event: PointerEvent): void {
+  if (lasso.value && pressed) lasso.value = [...lasso.value, place(event)];
+}
+
+function end(event: PointerEvent): void {
+  const [made, points] = [view.value, state.cloud.value];
+  const [from, to] = [pressed, place(event)];
+  pressed = null;
+  if (!made || !points || !from) return;
+  if (lasso.value) {
+    within(made.seenAll(points), lasso.value);
+    lasso.value = null;
+  } else if (Math.hypot(to[0] - from[0], to[1] - from[1]) < 4) {
+    picked.value = made.pick(...to);
+    if (tool.value === "measure" && picked.value !== null) measure(picked.value);
+  }
+}
+
+function measure(point: number): void {
+  const at = [...state.cloud.value!.xyz.subarray(3 * point, 3 * point + 3)] as unknown as Vector;
+  measured.value = measured.value.length === 1 ? [measured.value[0], at] : [at];
+}

@@ -1,0 +1,96 @@
+/** Where it stands: what to do first, what is under way, what went wrong. */
+
+import { counted } from "../numbers";
+import { key } from "../service/service";
+import * as state from "../state";
+
+export function Status() {
+  switch (state.phase.value) {
+    case "empty":
+      return <Empty />;
+    case "reading":
+      return <p class="status busy">Reading {state.source.value?.name}…</p>;
+    case "fitting":
+      return (
+        <p class="status busy">
+          Fitting {state.preview.value ? counted(state.preview.value.n, "point") : state.source.value?.name}…{" "}
+          <button type="button" onClick={state.cancel}>
+            Cancel
+          </button>
+        </p>
+      );
+    case "offline":
+      return (
+        <section class="status problem" role="alert">
+          <h2>The service does not answer</h2>
+          <p>It may have stopped, or the network is down. What is shown here stays.</p>
+          <button type="button" onClick={() => void again()}>
+            Try again
+          </button>
+        </section>
+      );
+    case "refused":
+      return <Refusal />;
+    default:
+      return null;
+  }
+}
+
+function Empty() {
+  return (
+    <section class="status">
+      <h2>Which primitive is it?</h2>
+      <p>
+        Open a file with the points of one surface, drop it anywhere, or paste rows of coordinates. CSV, PLY, LAS, E57,
+        STL and others are read.
+      </p>
+    </section>
+  );
+}
+
+async function again(): Promise<void> {
+  state.phase.value = "empty";
+  await state.learn();
+  if (state.phase.value === "empty") await state.refit();
+}
+
+function Refusal() {
+  const told = state.problem.value;
+  if (!told) return null;
+  return (
+    <section class="status problem" role="alert">
+      <h2>{told.title}</h2>
+      <p>{told.detail}</p>
+      {(told.errors ?? []).length > 0 && (
+        <ul>
+          {told.errors!.map(({ field, message, value }) => (
+            <li key={field}>
+              <strong>{field}</strong>: {message}
+              {value !== null && value !== undefined && ` (given: ${value})`}
+            </li>
+          ))}
+        </ul>
+      )}
+      {told.status === 401 && <Key />}
+    </section>
+  );
+}
+
+function Key() {
+  return (
+    <form
+      onSubmit={(event) => {
+        event.preventDefault();
+        key.set(String(new FormData(event.currentTarget).get("key")));
+        void again();
+      }}
+    >
+      <label class="row">
+        Key <input name="key" type="password" autocomplete="off" required />
+      </label>
+      <button type="submit" class="main">
+        Use it
+      </button>
+    </form>
+  );
+}

@@ -1,0 +1,37 @@
+import type { Cloud } from "../cloud";
+import { cloudOf } from "./table";
+
+const MAGIC = "\x93NUMPY";
+
+/** An array of floats or integers whose rows begin with x, y, z; null for any other, such as records. */
+export function readNpy(bytes: Uint8Array): Cloud | null {
+  const latin = (from: number, to: number): string => new TextDecoder("latin1").decode(bytes.subarray(from, to));
+  if (latin(0, 6) !== MAGIC) return null;
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const wide = bytes[6] > 1;
+  const start = (wide ? 12 : 10) + (wide ? view.getUint32(8, true) : view.getUint16(8, true));
+  const head = latin(10, start);
+  const type = /'descr': '([<|])([fiu])(\d)'/.exec(head);
+  const shape = /'shape': \((\d+), (\d+)\)/.exec(head);
+  if (!type || !shape || /'fortran_order': True/.test(head) || Number(shape[2]) < 3) return null;
+  const [n, width] = [Number(shape[1]), Number(shape[2])];
+  const numbers = array(type[2] + type[3], bytes.slice(start).buffer);
+  if (numbers === null) return null;
+  const values = new Float64Array(3 * n);
+  for (let i = 0; i < n; i++) for (let k = 0; k < 3; k++) values[3 * i + k] = Number(numbers[i * width + k]);
+  return cloudOf(values, null);
+}
+
+function array(type: string, buffer: ArrayBuffer): ArrayLike<number> | null {
+  const kinds: Record<string, new (buffer: ArrayBuffer) => ArrayLike<number>> = {
+    f4: Float32Array,
+    f8: Float64Array,
+    i2: Int16Array,
+    i4: Int32Array,
+    u1: Uint8Array,
+    u2: Uint16Array,
+    u4: Uint32Array,
+  };
+  const Kind = kinds[type];
+  return Kind ? new Kind(buffer) : null;
+}

@@ -1,0 +1,176 @@
+/** Points on the GPU: three int16 for the place, one for the value, and a byte that says what it is. */
+
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Color as ThreeColor,
+  Points,
+  RawShaderMaterial,
+  GLSL3,
+} from "three";
+import type { Cloud } from "../cloud";
+import { LABELS, PLAIN, RAMP, type Color } from "./colors";
+
+const FULL = 32767;
+
+/** What the colour of a point tells. */
+export type Coloring = "residual" | "inlier" | "label" | "plain";
+const COLORINGS: readonly Coloring[] = ["plain", "residual", "inlier", "label"];
+
+export interface Look {
+  /** Signed values (N), and the one at which the colours end. */
+  readonly values: Float64Array | null;
+  readonly limit: number;
+  readonly inliers: Uint8Array | null;
+  readonly labels: Int32Array | null;
+  /** 1 for points that are set apart: selected, or of the chosen segment. */
+  readonly chosen: Uint8Array | null;
+  readonly coloring: Coloring;
+}
+
+const VERTEX = `
+precision highp float;
+uniform mat4 modelViewMatrix, projectionMatrix;
+uniform float size;
+uniform int coloring, hasChosen;
+uniform vec3 ramp[${RAMP.length}], kinds[${LABELS.length}], plain;
+uniform bool picking;
+in vec3 position;
+in float value;
+in uvec2 mark;
+out vec3 tint;
+flat out uint outline;
+flat out uint number;
+vec3 ramped(float v) {
+  float place = (clamp(v, -1.0, 1.0) + 1.0) * 0.5 * float(${RAMP.length - 1});
+  int i = min(int(place), ${RAMP.length - 2});
+  return mix(ramp[i], ramp[i + 1], place - float(i));
+}
+void main() {
+  bool outlier = (mark.x & 1u) != 0u;
+  bool chosen = (mark.x & 2u) != 0u;
+  tint = coloring == 1 ? ramped(value) : coloring == 3 ? kinds[int(mark.y)] : plain;
+  if (coloring == 2) tint = outlier ? vec3(0.902, 0.624, 0.0) : vec3(0.337, 0.706, 0.914);
+  if (hasChosen == 1 && !chosen) tint = mix(tint, vec3(0.2, 0.22, 0.25), 0.75);
+  outline = outlier && coloring != 3 ? 1u : 0u;
+  number = uint(gl_VertexID);
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  gl_PointSize = picking ? 7.0 : outline == 1u ? size * 1.8 + 2.0 : size;
+}`;
+
+const FRAGMENT = `
+precision highp float;
+uniform bool picking;
+in vec3 tint;
+flat in uint outline;
+flat in uint number;
+out vec4 color;
+void main() {
+  float r = length(gl_PointCoord - 0.5) * 2.0;
+  if (r > 1.0 || (outline == 1u && r < 0.55 && !picking)) discard;
+  if (picking) {
+    uint n = number + 1u;
+    color = vec4(float(n & 255u), float((n >> 8) & 255u), float((n >> 16) & 255u), float((n >> 24) & 255u)) / 255.0;
+  } else color = vec4(tint, 1.0);
+}`;
+
+const flat = (colors: readonly Color[]): ThreeColor[] => colors.map((each) => new ThreeColor().setRGB(...each));
+
+export class PointSet {
+  readonly object: Points<BufferGeometry, RawShaderMaterial>;
+  /** Which point stands at a place: a random order, so that the first of them are a fair sample. */
+  private readonly order: Uint32Array;
+
+  constructor(private readonly cloud: Cloud) {
+    const { middle, size } = cloud.frame;
+    this.order = shuffled(cloud.n);
+    const places = new Int16Array(3 * cloud.n);
+    for (let i = 0; i < cloud.n; i++) {
+      for (let k = 0; k < 3; k++) {
+        places[3 * i + k] = Math.round((FULL * (cloud.xyz[3 * this.order[i] + k] - middle[k])) / size);
+      }
+    }
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(places, 3, true));
+    geometry.setAttribute("value", new BufferAttribute(new Int16Array(cloud.n), 1, true));
+    geometry.setAttribute("mark", whole(new Uint8Array(2 * cloud.n)));
+    geometry.boundingSphere = null;
+    const material = new RawShaderMaterial({
+      vertexShader: VERTEX,
+      fragmentShader: FRAGMENT,
+      glslVersion: GLSL3,
+      uniforms: {
+        size: { value: 3 },
+        coloring: { value: 0 },
+        hasChosen: { value: 0 },
+        picking: { value: false },
+        ramp: { value: flat(RAMP) },
+        kinds: { value: flat(LABELS) },
+        plain: { value: flat([PLAIN])[0] },
+      },
+    });
+    this.object = new Points(geometry, material);
+    this.object.frustumCulled = false;
+  }
+
+  show({ values, limit, inliers, labels, chosen, coloring }: Look): void {
+    const { value, mark } = this.object.geometry.attributes as Record<string, BufferAttribute>;
+    const [shown, marks] = [value.array as Int16Array, mark.array as Uint8Array];
+    for (let i = 0; i < this.cloud.n; i++) {
+      const point = this.order[i];
+      if (values) {
+        const share = limit > 0 ? values[point] / limit : 0;
+        shown[i] = FULL * Math.max(-1, Math.min(1, share));
+      }
+      marks[2 * i] = (inliers && !inliers[point] ? 1 : 0) | (chosen?.[point] ? 2 : 0);
+      marks[2 * i + 1] = labels ? labels[point] % LABELS.length : 0;
+    }
+    value.needsUpdate = mark.needsUpdate = true;
+    const { uniforms } = this.object.material;
+    uniforms.coloring.value = COLORINGS.indexOf(coloring);
+    uniforms.hasChosen.value = Number(chosen !== null);
+  }
+
+  /** Draw only so many of the points, a sample of them all. */
+  thin(share: number): void {
+    this.object.geometry.setDrawRange(0, Math.ceil(this.cloud.n * share));
+  }
+
+  size(pixels: number): void {
+    this.object.material.uniforms.size.value = pixels;
+  }
+
+  picking(on: boolean): void {
+    this.object.material.uniforms.picking.value = on;
+  }
+
+  /** The point that was drawn as this number, from 1; null for none. */
+  point(drawn: number): number | null {
+    return drawn > 0 && drawn <= this.cloud.n ? this.order[drawn - 1] : null;
+  }
+
+  dispose(): void {
+    this.object.geometry.dispose();
+    this.object.material.dispose();
+  }
+}
+
+/** An attribute that the shader sees as whole numbers. */
+function whole(marks: Uint8Array): BufferAttribute {
+  const attribute = new BufferAttribute(marks, 2);
+  (attribute as BufferAttribute & { gpuType: number }).gpuType = INT;
+  return attribute;
+}
+const INT = 1013; // three's IntType
+
+function shuffled(n: number): Uint32Array {
+  const order = Uint32Array.from({ length: n }, (_, i) => i);
+  let seed = 1;
+  for (let i = n - 1; i > 0; i--) {
+    seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
+    const j = seed % (i + 1);
+    [order[i], order[j]] = [order[j], order[i]];
+  }
+  return order;
+}
+

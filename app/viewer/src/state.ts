@@ -1,0 +1,156 @@
+/** What the page shows, and how it comes about: everything that changes is a signal. */
+
+import { computed, signal } from "@preact/signals";
+import { wrap } from "comlink";
+import { Cloud } from "./cloud";
+import { distanceTo } from "./geometry/kinds";
+import type { Answer, Extents, Primitive } from "./geometry/kind";
+import type { Reader } from "./reading/reader";
+import type { Coloring } from "./scene/points";
+import { Refused, artifact, capabilities, fit, type Capabilities, type Fit, type Options, type Problem } from "./service/service";
+
+export type Phase = "empty" | "reading" | "fitting" | "answered" | "refused" | "offline";
+
+export interface Source {
+  readonly name: string;
+  readonly file: Blob;
+}
+
+export const phase = signal<Phase>("empty");
+export const source = signal<Source | null>(null);
+/** As the page has read it; null where only the service can. */
+export const preview = signal<Cloud | null>(null);
+export const outcome = signal<Fit | null>(null);
+export const problem = signal<Problem | null>(null);
+export const abilities = signal<Capabilities | null>(null);
+export const options = signal<Partial<Options>>(ofLink());
+/** The step of the answer that is looked at; null for the answer itself. */
+export const step = signal<number | null>(null);
+export const coloring = signal<Coloring>("residual");
+/** The residual at which the colours end, where somebody has set it. */
+export const chosenLimit = signal<number | null>(null);
+export const said = signal("");
+
+export const answer = computed<Answer | null>(() => outcome.value?.answer ?? null);
+export const cloud = computed<Cloud | null>(() => outcome.value?.points?.cloud ?? preview.value);
+export const unit = computed(() => answer.value?.receipt.unit ?? "");
+
+/** The surface that is shown, and its piece where that is known. */
+export const shown = computed<{ primitive: Primitive; extents: Extents | null } | null>(() => {
+  const told = answer.value;
+  if (!told) return null;
+  const attempt = step.value === null ? null : told.attempts[step.value];
+  if (attempt?.primitive && !same(attempt.primitive, told.primitive)) {
+    const other = told.alternatives.find((each) => each.kind === attempt.kind);
+    return { primitive: attempt.primitive, extents: other?.extents ?? null };
+  }
+  return told.primitive ? { primitive: told.primitive, extents: told.extents } : null;
+});
+
+/** Signed distances of the points from what is shown: those of the service, or of another step ours. */
+export const residuals = computed<Float64Array | null>(() => {
+  const [told, points, at] = [outcome.value, cloud.value, shown.value];
+  if (!told || !points || !at) return null;
+  if (told.points && same(at.primitive, told.answer.primitive)) return told.points.residuals;
+  return points.map(distanceTo(at.primitive));
+});
+
+export const inliers = computed<Uint8Array | null>(() => outcome.value?.points?.inliers ?? null);
+
+/** At this residual the colours end: 99 % of the inliers are within it, as in the files of the service. */
+export const limit = computed<number>(() => {
+  if (chosenLimit.value !== null) return chosenLimit.value;
+  const [values, inlying] = [residuals.value, inliers.value];
+  if (!values) return 0;
+  const sizes = values.filter((_, i) => !inlying || inlying[i] === 1).map(Math.abs).sort();
+  return sizes.length ? sizes[Math.floor(0.99 * (sizes.length - 1))] || sizes[sizes.length - 1] : 0;
+});
+
+const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
+
+const reader = wrap<Reader>(new Worker("viewer/reader.js", { type: "module" }));
+let underWay: AbortController | null = null;
+
+/** Read a file, show its points, and have it fitted. */
+export async function open(name: string, file: Blob): Promise<void> {
+  underWay?.abort();
+  source.value = { name, file };
+  outcome.value = preview.value = problem.value = step.value = chosenLimit.value = null;
+  phase.value = "reading";
+  const started = source.value;
+  const parts = await reader.read(file).catch(() => null);
+  if (source.value !== started) return;
+  if (parts) preview.value = new Cloud(parts.xyz, parts.labels);
+  await refit();
+}
+
+/** Fit the same file with the options as they are now. */
+export async function refit(): Promise<void> {
+  const given = source.value;
+  if (!given) return;
+  underWay?.abort();
+  const mine = (underWay = new AbortController());
+  phase.value = "fitting";
+  problem.value = step.value = null;
+  try {
+    const told = await fit(given.file, given.name, options.value as Options, mine.signal);
+    outcome.value = told;
+    phase.value = "answered";
+    said.value = told.answer.message;
+  } catch (error) {
+    if (mine.signal.aborted) return;
+    outcome.value = null;
+    problem.value = error instanceof Refused ? error.problem : null;
+    phase.value = error instanceof Refused ? "refused" : "offline";
+  } finally {
+    if (underWay === mine) underWay = null;
+  }
+}
+
+/** Give up the fit that is under way; what was shown stays. */
+export function cancel(): void {
+  underWay?.abort();
+  phase.value = outcome.value ? "answered" : "empty";
+}
+
+export async function download(which: string): Promise<void> {
+  const given = source.value;
+  if (!given) return;
+  try {
+    const [name, content] = await artifact(given.file, given.name, options.value as Options, which);
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(content);
+    link.download = `${given.name.replace(/\.[^.]*$/, "")}-${name}`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+    said.value = `${name} is saved.`;
+  } catch (error) {
+    said.value = error instanceof Refused ? error.problem.detail : "The service does not answer.";
+  }
+}
+
+export async function learn(): Promise<void> {
+  try {
+    abilities.value = await capabilities();
+  } catch (error) {
+    if (error instanceof Refused) problem.value = error.problem;
+    phase.value = error instanceof Refused ? "refused" : "offline";
+  }
+}
+
+/** Set an option, or leave it to the service where there is no value; the address of the page holds them. */
+export function set<K extends keyof Options>(name: K, value: Options[K] | null): void {
+  const { [name]: _, ...others } = options.value;
+  options.value = value === null ? (others as Partial<Options>) : { ...others, [name]: value };
+  const told = Object.keys(options.value).length ? `#${encodeURIComponent(JSON.stringify(options.value))}` : "#";
+  history.replaceState(null, "", told);
+}
+
+function ofLink(): Partial<Options> {
+  try {
+    const told: unknown = JSON.parse(decodeURIComponent(location.hash.slice(1)));
+    return typeof told === "object" && told !== null && !Array.isArray(told) ? told : {};
+  } catch {
+    return {};
+  }
+}

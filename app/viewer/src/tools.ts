@@ -1,0 +1,66 @@
+/** What the hand does in the picture: look, measure, or draw around points. */
+
+import { signal, effect } from "@preact/signals";
+import type { Vector } from "./geometry/vector";
+import * as state from "./state";
+
+export type Tool = "look" | "measure" | "lasso";
+export const tool = signal<Tool>("look");
+/** Corners of the line that is being drawn, in pixels of the picture. */
+export const lasso = signal<readonly (readonly [number, number])[] | null>(null);
+/** 1 for each selected point; null for no selection. */
+export const chosen = signal<Uint8Array | null>(null);
+export const picked = signal<number | null>(null);
+export const measured = signal<readonly Vector[]>([]);
+
+effect(() => {
+  state.cloud.value;
+  chosen.value = null;
+  picked.value = null;
+  measured.value = [];
+});
+
+/** Select the points that are seen inside of a line. */
+export function within(seen: Float64Array, line: readonly (readonly [number, number])[]): void {
+  const marks = new Uint8Array(seen.length / 2);
+  let n = 0;
+  for (let i = 0; i < marks.length; i++) {
+    if (inside(seen[2 * i], seen[2 * i + 1], line)) {
+      marks[i] = 1;
+      n++;
+    }
+  }
+  chosen.value = n ? marks : null;
+  state.said.value = n ? `${n.toLocaleString("en")} points are selected.` : "No point is selected.";
+}
+
+/** Whether a ray to the right crosses the line an odd number of times. */
+function inside(x: number, y: number, line: readonly (readonly [number, number])[]): boolean {
+  let odd = false;
+  line.forEach(([bx, by], i) => {
+    const [ax, ay] = line[i ? i - 1 : line.length - 1];
+    if (ay > y !== by > y && x < ((bx - ax) * (y - ay)) / (by - ay) + ax) odd = !odd;
+  });
+  return odd;
+}
+
+/** Have the selected points fitted, as a file of their own. */
+export async function fitChosen(): Promise<void> {
+  const [points, marks, from] = [state.cloud.value, chosen.value, state.source.value];
+  if (!points || !marks || !from) return;
+  const rows: number[] = [];
+  for (let i = 0; i < points.n; i++) if (marks[i]) rows.push(...points.xyz.subarray(3 * i, 3 * i + 3));
+  tool.value = "look";
+  const name = from.name.replace(/(\.[^.]*)?$/, "-selection.npy");
+  await state.open(name, npy(Float64Array.from(rows)));
+}
+
+/** Coordinates (3 N) as a file of NumPy. */
+function npy(xyz: Float64Array<ArrayBuffer>): Blob {
+  const head = `{'descr': '<f8', 'fortran_order': False, 'shape': (${xyz.length / 3}, 3), }`;
+  const padded = head.padEnd(Math.ceil((head.length + 11) / 64) * 64 - 11) + "\n";
+  const start = new Uint8Array(10);
+  start.set([0x93, ..."NUMPY".split("").map((each) => each.charCodeAt(0)), 1, 0]);
+  new DataView(start.buffer).setUint16(8, padded.length, true);
+  return new Blob([start, padded, xyz]);
+}
