@@ -6,6 +6,7 @@ import { Attempts } from "./panel/Attempts";
 import { Facts } from "./panel/Facts";
 import { Picture, view, withDimensions, withSurface } from "./panel/Picture";
 import { Picked } from "./panel/Picked";
+import { Segments } from "./panel/Segments";
 import { Residuals } from "./panel/Residuals";
 import { Status } from "./panel/Status";
 import { Take } from "./panel/Take";
@@ -56,6 +57,7 @@ function Page() {
         <aside id="facts" aria-label="The answer">
           <Status />
           <Picked />
+          <Segments />
           <Facts />
           <Attempts />
           <Residuals />

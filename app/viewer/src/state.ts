@@ -7,7 +7,18 @@ import { distanceTo } from "./geometry/kinds";
 import type { Answer, Extents, Primitive } from "./geometry/kind";
 import type { Reader } from "./reading/reader";
 import type { Coloring } from "./scene/points";
-import { Refused, artifact, capabilities, fit, type Capabilities, type Fit, type Options, type Problem } from "./service/service";
+import {
+  Refused,
+  artifact,
+  capabilities,
+  fit,
+  fitEach,
+  type Capabilities,
+  type Fit,
+  type Line,
+  type Options,
+  type Problem,
+} from "./service/service";
 
 export type Phase = "empty" | "reading" | "fitting" | "answered" | "refused" | "offline";
 
@@ -21,6 +32,9 @@ export const source = signal<Source | null>(null);
 /** As the page has read it; null where only the service can. */
 export const preview = signal<Cloud | null>(null);
 export const outcome = signal<Fit | null>(null);
+/** Where a scan has labels: what came of each of its segments so far, and the one that is looked at. */
+export const segments = signal<readonly Line[] | null>(null);
+export const segment = signal<number | null>(null);
 export const problem = signal<Problem | null>(null);
 export const abilities = signal<Capabilities | null>(null);
 export const options = signal<Partial<Options>>(ofLink());
@@ -31,8 +45,13 @@ export const coloring = signal<Coloring>("residual");
 export const chosenLimit = signal<number | null>(null);
 export const said = signal("");
 
-export const answer = computed<Answer | null>(() => outcome.value?.answer ?? null);
+export const answer = computed<Answer | null>(() => {
+  if (segments.value === null) return outcome.value?.answer ?? null;
+  const line = segment.value === null ? null : segments.value[segment.value];
+  return line && "answer" in line ? line.answer : null;
+});
 export const cloud = computed<Cloud | null>(() => outcome.value?.points?.cloud ?? preview.value);
+export const isScan = computed(() => (preview.value?.labels?.names.length ?? 0) > 1);
 export const unit = computed(() => answer.value?.receipt.unit ?? "");
 
 /** The surface that is shown, and its piece where that is known. */
@@ -47,12 +66,25 @@ export const shown = computed<{ primitive: Primitive; extents: Extents | null } 
   return told.primitive ? { primitive: told.primitive, extents: told.extents } : null;
 });
 
-/** Signed distances of the points from what is shown: those of the service, or of another step ours. */
+/** 1 for each point of the segment that is looked at; null for no segment. */
+export const members = computed<Uint8Array | null>(() => {
+  const [labels, line] = [preview.value?.labels, segment.value === null ? null : segments.value?.[segment.value]];
+  if (!labels || !line) return null;
+  const place = labels.names.indexOf(line.label!);
+  return Uint8Array.from(labels.of, (each) => Number(each === place));
+});
+
+/** Signed distances of the points from what is shown: those of the service, or of another step ours.
+ *
+ * NaN for points of other segments.
+ */
 export const residuals = computed<Float64Array | null>(() => {
-  const [told, points, at] = [outcome.value, cloud.value, shown.value];
-  if (!told || !points || !at) return null;
-  if (told.points && same(at.primitive, told.answer.primitive)) return told.points.residuals;
-  return points.map(distanceTo(at.primitive));
+  const [points, at, mine] = [cloud.value, shown.value, members.value];
+  if (!points || !at) return null;
+  const told = outcome.value;
+  if (told?.points && same(at.primitive, told.answer.primitive)) return told.points.residuals;
+  const distances = points.map(distanceTo(at.primitive));
+  return mine ? distances.map((each, i) => (mine[i] ? each : NaN)) : distances;
 });
 
 export const inliers = computed<Uint8Array | null>(() => outcome.value?.points?.inliers ?? null);
@@ -62,7 +94,7 @@ export const limit = computed<number>(() => {
   if (chosenLimit.value !== null) return chosenLimit.value;
   const [values, inlying] = [residuals.value, inliers.value];
   if (!values) return 0;
-  const sizes = values.filter((_, i) => !inlying || inlying[i] === 1).map(Math.abs).sort();
+  const sizes = values.filter((each, i) => each === each && (!inlying || inlying[i] === 1)).map(Math.abs).sort();
   return sizes.length ? sizes[Math.floor(0.99 * (sizes.length - 1))] || sizes[sizes.length - 1] : 0;
 });
 
@@ -76,6 +108,8 @@ export async function open(name: string, file: Blob): Promise<void> {
   underWay?.abort();
   source.value = { name, file };
   outcome.value = preview.value = problem.value = step.value = chosenLimit.value = null;
+  segments.value = segment.value = null;
+  coloring.value = "residual";
   phase.value = "reading";
   const started = source.value;
   const parts = await reader.read(file).catch(() => null);
@@ -93,10 +127,8 @@ export async function refit(): Promise<void> {
   phase.value = "fitting";
   problem.value = step.value = null;
   try {
-    const told = await fit(given.file, given.name, options.value as Options, mine.signal);
-    outcome.value = told;
+    await (isScan.value ? fitSegments : fitWhole)(given, mine.signal);
     phase.value = "answered";
-    said.value = told.answer.message;
   } catch (error) {
     if (mine.signal.aborted) return;
     outcome.value = null;
@@ -107,10 +139,26 @@ export async function refit(): Promise<void> {
   }
 }
 
+async function fitWhole({ name, file }: Source, signal: AbortSignal): Promise<void> {
+  const told = await fit(file, name, options.value as Options, signal);
+  outcome.value = told;
+  said.value = told.answer.message;
+}
+
+async function fitSegments({ name, file }: Source, signal: AbortSignal): Promise<void> {
+  segments.value = [];
+  segment.value = null;
+  coloring.value = "kind";
+  await fitEach(file, name, options.value as Options, signal, (line) => {
+    segments.value = [...segments.value!, line];
+  });
+  said.value = `${segments.value.length} segments are fitted.`;
+}
+
 /** Give up the fit that is under way; what was shown stays. */
 export function cancel(): void {
   underWay?.abort();
-  phase.value = outcome.value ? "answered" : "empty";
+  phase.value = outcome.value || segments.value?.length ? "answered" : "empty";
 }
 
 export async function download(which: string): Promise<void> {

@@ -77,7 +77,7 @@ function scalar(told: Answer, name: string, value: number): string {
 }
 
 function vector(told: Answer, name: string, values: readonly number[]): string {
-  if (directions.has(name)) return values.map((each) => plain(each, 5)).join("  ");
+  if (directions.has(name)) return values.map((each) => each.toFixed(5).replace("-", "\u2212")).join("  ");
   return values.map((each, k) => doubted(each, half(told, `${name}.${"xyz"[k]}`)).replace(/ ±.*/, "")).join("  ");
 }
 

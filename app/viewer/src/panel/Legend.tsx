@@ -1,10 +1,11 @@
 /** What the colours mean. The end of the scale can be dragged, and set by the keyboard. */
 
-import { RAMP, css } from "../scene/colors";
+import { KINDS, LABELS, RAMP, css } from "../scene/colors";
 import { plain } from "../numbers";
 import * as state from "../state";
 
 export function Legend() {
+  if (state.coloring.value === "kind" && state.segments.value) return <Kinds />;
   if (!state.residuals.value || state.coloring.value === "label" || state.coloring.value === "plain") return null;
   if (state.coloring.value === "inlier") {
     return (
@@ -32,7 +33,7 @@ export function Legend() {
         <span>{plain(limit, 3)}</span>
       </div>
       <label class="range">
-        colours end at
+        colors end at
         <input
           type="range"
           min="-2"
@@ -43,6 +44,21 @@ export function Legend() {
           onInput={(event) => (state.chosenLimit.value = base() * 10 ** Number(event.currentTarget.value))}
         />
       </label>
+    </div>
+  );
+}
+
+function Kinds() {
+  return (
+    <div class="legend">
+      {KINDS.map((kind, i) => (
+        <span class="key" key={kind}>
+          <i style={{ background: css(LABELS[i]) }} /> {kind}
+        </span>
+      ))}
+      <span class="key">
+        <i style={{ background: css(LABELS[LABELS.length - 1]) }} /> none
+      </span>
     </div>
   );
 }

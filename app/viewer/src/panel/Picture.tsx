@@ -5,6 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { dimensionsOf, surfaceOf } from "../geometry/kinds";
 import type { Vector } from "../geometry/vector";
 import { plain } from "../numbers";
+import { KINDS, LABELS } from "../scene/colors";
 import { View } from "../scene/scene";
 import * as state from "../state";
 import { chosen, lasso, measured, picked, tool, within } from "../tools";
@@ -15,6 +16,8 @@ export const withDimensions = signal(true);
 export const view = signal<View | null>(null);
 
 const TURN = 0.12;
+/** The file whose points were last seen whole. */
+let seen: state.Source | null = null;
 
 export function Picture() {
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -26,7 +29,8 @@ export function Picture() {
     const stops = [
       effect(() => {
         made.cloud(state.cloud.value);
-        made.home();
+        if (state.source.peek() !== seen) made.home();
+        if (state.cloud.value) seen = state.source.peek();
       }),
       effect(() => made.look(look())),
       effect(() => made.show(surface())),
@@ -73,10 +77,26 @@ const look = () => ({
   values: state.residuals.value,
   limit: state.limit.value,
   inliers: state.inliers.value,
-  labels: state.preview.value?.n === state.cloud.value?.n ? (state.preview.value?.labels?.of ?? null) : null,
-  chosen: chosen.value,
-  coloring: state.residuals.value || state.coloring.value === "label" ? state.coloring.value : ("plain" as const),
+  labels: colored(),
+  chosen: chosen.value ?? state.members.value,
+  coloring: state.residuals.value || byLabel() ? state.coloring.value : ("plain" as const),
 });
+
+const byLabel = (): boolean => state.coloring.value === "label" || state.coloring.value === "kind";
+
+/** The number of the color of each point, by its label or by the kind of its segment. */
+function colored(): Int32Array | null {
+  const labels = state.preview.value?.labels;
+  if (!labels || !byLabel()) return null;
+  return state.coloring.value === "label" ? labels.of : labels.of.map((each) => kindOf(labels.names[each]));
+}
+
+/** The place of the kind that a segment is; beyond all of them while it is not fitted, or is none. */
+function kindOf(label: string | number): number {
+  const line = state.segments.value?.find((each) => each.label === label);
+  const kind = line && "answer" in line && line.answer.status !== "no_fit" ? line.answer.primitive?.kind : undefined;
+  return kind ? KINDS.indexOf(kind) : LABELS.length - 1;
+}
 
 function surface() {
   const [at, points] = [state.shown.value, state.cloud.value];

@@ -14,6 +14,7 @@ const COLORINGS: [Coloring, string][] = [
   ["residual", "residual"],
   ["inlier", "inlier or not"],
   ["label", "label"],
+  ["kind", "kind"],
   ["plain", "none"],
 ];
 
@@ -28,7 +29,7 @@ export function Residuals() {
           value={state.coloring.value}
           onChange={(event) => (state.coloring.value = event.currentTarget.value as Coloring)}
         >
-          {COLORINGS.filter(([name]) => name !== "label" || state.preview.value?.labels).map(([name, words]) => (
+          {COLORINGS.filter(([name]) => (name !== "label" && name !== "kind") || state.isScan.value).map(([name, words]) => (
             <option key={name} value={name}>
               {words}
             </option>
@@ -48,12 +49,15 @@ export function Residuals() {
 function Histogram({ values, limit }: { values: Float64Array; limit: number }) {
   const counts = new Array<number>(BINS).fill(0);
   let beyond = 0;
+  let n = 0;
   for (const each of values) {
+    if (each !== each) continue;
+    n++;
     if (Math.abs(each) > limit || limit === 0) beyond++;
     else counts[Math.min(BINS - 1, Math.floor(((each / limit + 1) / 2) * BINS))]++;
   }
   const most = Math.max(...counts, 1);
-  const words = `Histogram of ${values.length - beyond} residuals within ${plain(limit, 3)}; ${beyond} are beyond.`;
+  const words = `Histogram of ${n - beyond} residuals within ${plain(limit, 3)}; ${beyond} are beyond.`;
   return (
     <figure>
       <svg class="histogram" viewBox={`0 0 ${BINS} 16`} preserveAspectRatio="none" role="img" aria-label={words}>
@@ -122,6 +126,7 @@ function draw(
   const places = new Float64Array(2 * n);
   const [low, high] = [[Infinity, Infinity], [-Infinity, -Infinity]];
   for (let i = 0; i < n; i++) {
+    if (values[i] !== values[i]) continue;
     const place = at(i);
     for (let k = 0; k < 2; k++) {
       places[2 * i + k] = place[k];
@@ -134,6 +139,7 @@ function draw(
   context.clearRect(0, 0, width, height);
   const [limit, inlying] = [state.limit.value || 1, state.inliers.value];
   for (let i = 0; i < n; i++) {
+    if (values[i] !== values[i]) continue;
     const x = (places[2 * i] = 6 + (places[2 * i] - low[0]) * scale[0]);
     const y = (places[2 * i + 1] = height - 6 - (places[2 * i + 1] - low[1]) * scale[1]);
     context.fillStyle = context.strokeStyle = css(ramped(values[i] / limit));

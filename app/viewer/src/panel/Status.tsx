@@ -13,7 +13,7 @@ export function Status() {
     case "fitting":
       return (
         <p class="status busy">
-          Fitting {state.preview.value ? counted(state.preview.value.n, "point") : state.source.value?.name}…{" "}
+          Fitting {underWay()}…{" "}
           <button type="button" onClick={state.cancel}>
             Cancel
           </button>
@@ -34,6 +34,13 @@ export function Status() {
     default:
       return null;
   }
+}
+
+function underWay(): string {
+  const points = state.preview.value;
+  if (!points) return state.source.value?.name ?? "";
+  if (!state.isScan.value) return counted(points.n, "point");
+  return `${state.segments.value?.length ?? 0} of ${counted(points.labels!.names.length, "segment")}`;
 }
 
 function Empty() {

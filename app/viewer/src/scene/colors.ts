@@ -9,6 +9,9 @@ export const RAMP = "4393c3 92c5de d1e5f0 f7f7f7 fddbc7 f4a582 d6604d".split(" "
 /** Okabe and Ito's colours, which people of any colour vision tell apart; labels beyond them begin anew. */
 export const LABELS = "56b4e9 e69f00 009e73 f0e442 cc79a7 d55e00 0072b2 bbbbbb".split(" ").map(parsed);
 
+/** In the order of their colors. */
+export const KINDS = ["plane", "sphere", "cylinder", "cone", "torus"] as const;
+
 export const PLAIN = parsed("c8d2dc");
 
 export const css = (color: Color): string => `rgb(${color.map((part) => Math.round(255 * part)).join(" ")})`;

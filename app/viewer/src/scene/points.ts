@@ -14,8 +14,9 @@ import { LABELS, PLAIN, RAMP, type Color } from "./colors";
 const FULL = 32767;
 
 /** What the colour of a point tells. */
-export type Coloring = "residual" | "inlier" | "label" | "plain";
-const COLORINGS: readonly Coloring[] = ["plain", "residual", "inlier", "label"];
+export type Coloring = "residual" | "inlier" | "label" | "kind" | "plain";
+/** Their numbers in the shader; a kind is one more label. */
+const NUMBERS: Record<Coloring, number> = { plain: 0, residual: 1, inlier: 2, label: 3, kind: 3 };
 
 export interface Look {
   /** Signed values (N), and the one at which the colours end. */
@@ -119,7 +120,7 @@ export class PointSet {
     for (let i = 0; i < this.cloud.n; i++) {
       const point = this.order[i];
       if (values) {
-        const share = limit > 0 ? values[point] / limit : 0;
+        const share = limit > 0 ? values[point] / limit || 0 : 0;
         shown[i] = FULL * Math.max(-1, Math.min(1, share));
       }
       marks[2 * i] = (inliers && !inliers[point] ? 1 : 0) | (chosen?.[point] ? 2 : 0);
@@ -127,7 +128,7 @@ export class PointSet {
     }
     value.needsUpdate = mark.needsUpdate = true;
     const { uniforms } = this.object.material;
-    uniforms.coloring.value = COLORINGS.indexOf(coloring);
+    uniforms.coloring.value = NUMBERS[coloring];
     uniforms.hasChosen.value = Number(chosen !== null);
   }
 

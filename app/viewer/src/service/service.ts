@@ -54,6 +54,29 @@ export async function fit(file: Blob, name: string, options: Options, signal: Ab
   return { answer, points: residuals ? pointsOf(residuals) : null };
 }
 
+export type Line = Schemas["BatchAnswer"] | Schemas["BatchProblem"];
+
+/** The segments of a file by their labels, told one by one as they are done. */
+export async function fitEach(
+  file: Blob,
+  name: string,
+  options: Options,
+  signal: AbortSignal,
+  tell: (line: Line) => void,
+): Promise<void> {
+  const response = await accepted(await ask("fit/batch?labels=auto", posted(file, name, options, signal)));
+  const lines = response.body!.pipeThrough(new TextDecoderStream()).getReader();
+  let rest = "";
+  for (let piece = await lines.read(); !piece.done; piece = await lines.read()) {
+    const whole = (rest + piece.value).split("\n");
+    rest = whole.pop()!;
+    for (const line of whole) {
+      const told: Line | Schemas["BatchSummary"] = JSON.parse(line);
+      if (!("summary" in told)) tell(told);
+    }
+  }
+}
+
 /** One file that the service makes of the answer, ready to be kept. */
 export async function artifact(file: Blob, name: string, options: Options, which: string): Promise<[string, Blob]> {
   const path = `fit/export?artifacts=${encodeURIComponent(which)}`;
