@@ -52,6 +52,7 @@ function Page() {
       <main>
         <div class="stage">
           <Picture />
+          {state.phase.value === "empty" && <p class="hint">Drop a file here</p>}
           <Tools />
         </div>
         <aside id="facts" aria-label="The answer">
@@ -61,7 +62,7 @@ function Page() {
           <Facts />
           <Attempts />
           <Residuals />
-          <Ask />
+          {state.phase.value !== "empty" && <Ask />}
           <Take />
         </aside>
       </main>
