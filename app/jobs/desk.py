@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-from ..wire.problems import JobsUnavailableError, NoSuchJobError
+from ..wire.problems import InsufficientStorageError, JobsUnavailableError, NoSuchJobError
 from .files import Folder
 from .record import Job, NewJob
 from .store import Store
@@ -89,15 +89,20 @@ class Desk:
 
     def dismiss(self, job: Job) -> None:
         """Cancel it; one that has ended is removed."""
-        if self.store.dismiss(job.id):
+        try:
+            canceled = self.store.dismiss(job.id)
+        except InsufficientStorageError:
+            self.folder.of(job.id).remove_body()  # which makes room for the record
+            canceled = self.store.dismiss(job.id)
+        if canceled:
             self.folder.of(job.id).remove_body()
         else:
             self.remove(job.id)
 
     def remove(self, job_id: str) -> None:
-        """A job that has ended: first the record, so that no record is without its files."""
-        self.store.remove(job_id)
+        """A job that has ended: first its files, since on a full disk no record can be changed."""
         self.folder.remove(job_id)
+        self.store.remove(job_id)
 
     def clean(self) -> int:
         """Remove the jobs that were kept for long enough, and say how many."""

@@ -22,7 +22,7 @@ from ..workers.request_id import REQUEST_ID
 from .desk import Desk
 from .files import JobFiles, Line
 from .record import FAILED, SUCCESSFUL, Job, Progress
-from .store import reason_of
+from .store import told
 from .watch import Watch
 
 ROUND = 0.5
@@ -288,12 +288,10 @@ class _Complaint:
 
     def about(self, error: Exception) -> None:
         if not self._told:
-            reason = reason_of(error)
             unforeseen = not isinstance(error, ServiceError | OSError)
             _log.warning(
-                "%s%s; jobs wait, and go on when this is over",
-                error,
-                f" ({reason})" if reason else "",
+                "%s; jobs wait, and go on when this is over",
+                told(error),
                 exc_info=error if unforeseen else None,
             )
         self._told = True

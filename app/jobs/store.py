@@ -17,6 +17,7 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection, Engine
 
+from ..readers.errors import TooLargeError
 from ..wire.problems import (
     IdempotencyKeyReusedError,
     InsufficientStorageError,
@@ -110,6 +111,8 @@ class Store:
             The one under the same key was another one.
         TooManyJobsError
             The owner would have more jobs, or bytes in them, than so many.
+        TooLargeError
+            This one alone has more.
         """
         with self._transaction() as connection:
             if connection.dialect.name == "postgresql":
@@ -159,6 +162,9 @@ class Store:
             raise TooManyJobsError(
                 f"{n_jobs} jobs are kept for you, and {most_jobs} is the limit; remove one with DELETE"
             )
+        if new.bytes > most_bytes:
+            size = f"{new.bytes} bytes"
+            raise TooLargeError("body", f"{size}; your jobs may hold {most_bytes}", size)
         if n_bytes + new.bytes > most_bytes:
             raise TooManyJobsError(
                 f"your jobs hold {n_bytes} bytes and this one {new.bytes}, and {most_bytes} is the limit; "
@@ -168,6 +174,8 @@ class Store:
 
     def find(self, job_id: str, owner: str | None = None) -> Job | None:
         """The job of this id, where it is that of this owner; None asks for no owner."""
+        if "\0" in job_id:  # which PostgreSQL does not take for text
+            return None
         mine = sa.true() if owner is None else _jobs.c.owner == owner
         found = _jobs.select().where(_jobs.c.id == job_id, mine, self._is_kept())
         with self._reading() as connection:
@@ -397,10 +405,11 @@ def _answered() -> Iterator[None]:
         raise JobsUnavailableError("the database of the jobs does not answer; try again") from error
 
 
-def reason_of(error: BaseException) -> str:
-    """What the database itself says, in one line, for the log; it knows no password."""
+def told(error: BaseException) -> str:
+    """Our words and, behind them, what the database itself said, in one line; it knows no password."""
     cause = error.__cause__
-    return " ".join(str(getattr(cause, "orig", None) or cause or "").split())
+    reason = " ".join(str(getattr(cause, "orig", None) or cause or "").split())
+    return f"{error} ({reason})" if reason else str(error)
 
 
 def _held(job: Job) -> tuple[Any, ...]:

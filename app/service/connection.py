@@ -15,7 +15,6 @@ from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
 
 from ..wire.problems import (
     MEDIA_TYPE,
-    NOT_A_PAGE,
     BodyTimeoutError,
     HeadTimeoutError,
     HeadTooLargeError,
@@ -35,6 +34,8 @@ if sys.platform == "linux":
 MAX_HEAD_BYTES = 32 * 1024
 """Of the request line with the headers, and of what else may stand between two pieces of a body."""
 MAX_HEADERS = 100
+FREE_FRAMING = 64 * 1024
+"""Bytes of a body that may be sizes of its chunks; beyond, half as many as its content."""
 MAX_PIPELINED = 32
 """Requests that may wait for the answer to another on their connection; each is some kilobytes of objects."""
 _LINGER_SECONDS, _LINGER_BYTES = 1.0, 2**20
@@ -59,6 +60,7 @@ class Connection(HttpToolsProtocol):
         settings = door.settings
         self._door = door
         self._arriving, self._unsettled = _NOTHING, 0
+        self._framing = self._content = 0
         self._since = self.loop.time()
         self._patience = settings.first_byte_timeout
         self._incoming = Pace(settings.receive_timeout, settings.min_rate, settings.transfer_time_limit)
@@ -109,6 +111,7 @@ class Connection(HttpToolsProtocol):
     def _feed(self, data: bytes | memoryview) -> bool:
         """Have these bytes parsed; false where no more are to be."""
         self._unsettled += len(data)
+        self._framing += len(data)
         try:
             self.parser.feed_data(data)
         except httptools.HttpParserUpgrade as upgrade:
@@ -121,10 +124,15 @@ class Connection(HttpToolsProtocol):
             reason = error.__context__
             self._refuse(reason if isinstance(reason, ServiceError) else MalformedRequestError(_NOT_HTTP))
             return False
-        if self._unsettled < MAX_HEAD_BYTES:
-            return True
-        self._refuse(HeadTooLargeError(f"the head of the request is over {MAX_HEAD_BYTES} bytes"))
-        return False
+        if self._unsettled >= MAX_HEAD_BYTES:
+            self._refuse(HeadTooLargeError(f"the head of the request is over {MAX_HEAD_BYTES} bytes"))
+            return False
+        if self._arriving == _BODY and self._framing > FREE_FRAMING + self._content / 2:
+            # Each chunk costs as much time as many bytes: others would wait.
+            few = f"{self._content} bytes came with {self._framing} that say how long the chunks are"
+            self._refuse(MalformedRequestError(f"{few}; send larger chunks"))
+            return False
+        return True
 
     def _is_upgrade(self) -> bool:
         """Whether the request asks for another protocol, as Java's client does with each that it sends.
@@ -151,6 +159,7 @@ class Connection(HttpToolsProtocol):
             return
         super().on_headers_complete()
         self._arriving, self._unsettled = _BODY, 0
+        self._framing = self._content = 0
         # Fields after a body, which uvicorn would add to the headers of a request that is under way.
         self.headers = []
         if self.pipeline:
@@ -158,6 +167,8 @@ class Connection(HttpToolsProtocol):
 
     def on_body(self, body: bytes) -> None:
         self._unsettled = 0
+        self._content += len(body)
+        self._framing -= len(body)
         self._incoming.moved(len(body))
         super().on_body(body)
 
@@ -340,7 +351,6 @@ class Connection(HttpToolsProtocol):
             "Content-Length": str(len(refused.content)),
             "X-Request-Id": request_id,
             **refused.headers,
-            **NOT_A_PAGE,
         }
         lines = [b"%s: %s\r\n" % line for line in self.server_state.default_headers]
         lines += [f"{name}: {value}\r\n".encode() for name, value in headers.items()]

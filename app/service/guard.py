@@ -53,6 +53,11 @@ class Access:
         if rate_limit != self._rate:
             self._rate, self._limit = rate_limit, None if rate_limit is None else RateLimit(rate_limit)
 
+    @property
+    def asks_for_keys(self) -> bool:
+        """Whether only those may ask who have one."""
+        return bool(self._keys)
+
     def check(self, request: Request) -> dict[str, str]:
         """Headers that tell the client how often it may ask; raises the reason to refuse it."""
         # What the router goes by: `request.url` is put together with the header Host.

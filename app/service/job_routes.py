@@ -13,7 +13,7 @@ from starlette.requests import ClientDisconnect
 from ..jobs.record import ACCEPTED, DISMISSED, FAILED, RUNNING, SUCCESSFUL, Job
 from ..readers.errors import FieldError, describe
 from ..wire.job_schemas import JobList, JobStatus
-from ..wire.problems import InvalidOptionsError, JobsOffError
+from ..wire.problems import InvalidOptionsError, JobsOffError, NoSuchJobError
 from ..workers.jobs import Reply
 from . import operations
 from .batch_stream import Lines
@@ -144,7 +144,7 @@ async def job_results(request: Request) -> Response:
         stretches = await desk.call(desk.folder.of(job.id).page, progress.parts, offset, limit)
     except FileNotFoundError:
         await _job(request)  # which says so where it was removed meanwhile
-        raise
+        raise NoSuchJobError("the results of this job are gone") from None
     response = Lines(pieces(desk, stretches), AsyncExitStack())
     response.headers["Content-Length"] = str(sum(each.stop - each.start for each in stretches))
     following = min(offset + limit, max(offset, progress.lines))

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncGenerator, Callable
+from contextlib import suppress
 from typing import Any
 
 import orjson
@@ -59,14 +60,20 @@ class Events:
         job, told, silent = self._job, b"", 0.0
         yield b"retry: 2000\n\n"
         while not self._stopping():
-            document = orjson.dumps(await self._shown(job))
+            try:
+                document = orjson.dumps(await self._shown(job))
+            except JobsUnavailableError:
+                await asyncio.sleep(_LOOK)
+                continue
             if document != told and not job.ended:
                 yield _event("status", document)
                 told, silent = document, 0.0
             while n_seen < job.progress.lines:
                 try:
                     lines = await self._lines(job, n_seen)
-                except FileNotFoundError:  # removed meanwhile
+                except FileNotFoundError:
+                    if job.ended and await self._is_kept(job):  # its results were deleted by hand
+                        break
                     return
                 for line in lines:
                     n_seen += 1
@@ -86,6 +93,11 @@ class Events:
                 continue
             except NoSuchJobError:  # removed meanwhile
                 return
+
+    async def _is_kept(self, job: Job) -> bool:
+        with suppress(NoSuchJobError):
+            return bool(await self._desk.find(job.id, job.owner))
+        return False
 
     async def _lines(self, job: Job, offset: int) -> list[bytes]:
         files = self._desk.folder.of(job.id)

@@ -18,7 +18,8 @@ class Keys:
 
     @classmethod
     def read(cls, given: Iterable[str], file: Path | None = None) -> "Keys":
-        """Keys as `KEY` or `NAME:KEY`, given or one a line of a file; those without a name are numbered.
+        """Keys as `KEY` or `NAME:KEY`, given or one a line of a file; those without a name are named by
+        their digest.
 
         Raises
         ------
@@ -32,7 +33,8 @@ class Keys:
             if not text or text.startswith("#"):
                 continue
             found = _matched(place, text)
-            name, digest = found["name"] or f"key{len(digests) + 1}", _digest(found["key"])
+            digest = _digest(found["key"])
+            name = found["name"] or f"key-{digest.hex()[:8]}"
             if name in digests or digest in digests.values():
                 raise ValueError(f"{place}: the name or the key is there already")
             digests[name] = digest
@@ -56,7 +58,10 @@ def _places(given: Iterable[str], file: Path | None) -> list[tuple[str, str]]:
     """Where each text stands, and the text."""
     places = [(f"api_keys[{index}]", text) for index, text in enumerate(given)]
     if file is not None:
-        lines = enumerate(file.read_text(encoding="utf-8").splitlines(), 1)
+        try:
+            lines = enumerate(file.read_text(encoding="utf-8").splitlines(), 1)
+        except UnicodeDecodeError:
+            raise ValueError(f"{file}: it is no text in UTF-8") from None
         places += [(f"{file}, line {number}", line.strip()) for number, line in lines]
     return places
 

@@ -1,11 +1,13 @@
-"""HEAD and OPTIONS, for all paths that there are."""
+"""HEAD and OPTIONS, for all paths that there are, and what they say of other methods."""
 
 from collections import defaultdict
-from functools import partial
 
-from fastapi import APIRouter, FastAPI, Request, Response
+from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
 from starlette.routing import Route
+from starlette.types import Receive, Scope, Send
 
 
 def answer_head_and_options(app: FastAPI, *routers: APIRouter) -> None:
@@ -21,9 +23,16 @@ def answer_head_and_options(app: FastAPI, *routers: APIRouter) -> None:
             allowed.add("HEAD")
         methods[route.path] |= allowed
     for path, allowed in methods.items():
-        told = {"Allow": ", ".join(sorted(allowed | {"OPTIONS"}))}
-        app.add_route(path, partial(_nothing, told), methods=["OPTIONS"], include_in_schema=False)
+        app.router.routes.append(Route(path, _Others(allowed | {"OPTIONS"}), include_in_schema=False))
 
 
-async def _nothing(headers: dict[str, str], request: Request) -> Response:
-    return Response(status_code=204, headers=headers)
+class _Others:
+    """Answers OPTIONS, and refuses the methods that a path does not know; both tell those that it knows."""
+
+    def __init__(self, allowed: set[str]) -> None:
+        self._headers = {"Allow": ", ".join(sorted(allowed))}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["method"] != "OPTIONS":
+            raise HTTPException(405, headers=self._headers)
+        await Response(status_code=204, headers=self._headers)(scope, receive, send)

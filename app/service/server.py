@@ -40,6 +40,8 @@ def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -
         check_database(settings)
     except JobsUnavailableError as error:
         raise SettingsError(str(error)) from None
+    except OSError as error:
+        raise SettingsError(f"jobs_path: {settings.jobs_path}: {error.strerror}") from None
     with listen(settings.host, settings.port) as listener:
         logs.configure(settings.log_format)
         address, taken_port = listener.getsockname()[:2]
@@ -95,6 +97,9 @@ class _Server(uvicorn.Server):
             _log.error("SIGHUP: nothing is changed: %s", error)
             return
         old = state.settings
+        if state.access.asks_for_keys and not keys:
+            _log.error("SIGHUP: nothing is changed: no key would be left, and everybody could ask")
+            return
         changed = [name for name in Settings.model_fields if getattr(read, name) != getattr(old, name)]
         later = [name for name in changed if name not in RENEWABLE]
         state.access.renew(keys, read.rate_limit)

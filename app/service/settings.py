@@ -157,7 +157,9 @@ class Settings(BaseSettings):
         description="seconds over which the rate is averaged at which a client takes its answer",
     )
     max_batch_items: int = Field(default=10_000, ge=1, description="most files and segments of one batch")
-    queue_size: int = Field(default=64, ge=0, description="requests that may wait for a free worker")
+    queue_size: int = Field(
+        default=64, ge=0, description="requests with small clouds that may wait; as many with large ones, too"
+    )
     worker_memory: int = Field(
         default=1024 * MIB,
         ge=64 * MIB,

@@ -259,7 +259,7 @@ def problem(error: Exception, instance: str) -> Problem:
         "instance": instance,
         "errors": [_field(error) for error in errors[:SHOWN]],
     }
-    headers = {**kind.headers, **(getattr(error, "headers", None) or {})}
+    headers = {**kind.headers, **(getattr(error, "headers", None) or {}), **NOT_A_PAGE}
     return Problem(kind.slug, kind.status, orjson.dumps(document), headers)
 
 
@@ -268,7 +268,7 @@ def respond(request: Request, error: Exception) -> Response:
     request_id = getattr(request.state, "request_id", "unknown")
     refused = problem(error, f"/requests/{request_id}")
     request.state.facts = {**getattr(request.state, "facts", {}), "problem": refused.slug}
-    headers = {**refused.headers, **NOT_A_PAGE, "X-Request-Id": request_id}
+    headers = {**refused.headers, "X-Request-Id": request_id}
     return Response(refused.content, refused.status, headers, MEDIA_TYPE)
 
 

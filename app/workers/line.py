@@ -60,7 +60,8 @@ class Line(Generic[W]):
 
     def has_room(self, heavy: bool) -> bool:
         """Whether a job would begin at once."""
-        return bool(self._free) and not self.n_waiting() and not (heavy and self._n_heavy == self._most_heavy)
+        # Who waits while a worker is free is heavy, and may not begin.
+        return bool(self._free) and not (heavy and self._n_heavy >= self._most_heavy)
 
     def seconds_to_wait(self, name: str) -> float:
         """What a newcomer to a lane has to expect, by what its jobs took so far."""

@@ -195,10 +195,10 @@ class WorkerPool:
         if self._line.has_room(large):
             return
         lane = LARGE if large else SMALL
-        n_waiting, wait = self._line.n_waiting(SMALL, LARGE), self._line.seconds_to_wait(lane)
+        n_waiting, wait = self._line.n_waiting(lane), self._line.seconds_to_wait(lane)
         work = self._line.seconds_of_work(lane)
         if n_waiting >= self._queue_size:
-            raise _busy(f"{n_waiting} requests are waiting, the limit of this service", wait)
+            raise _busy(f"{n_waiting} {lane} clouds are waiting, the limit of this service", wait)
         if _OFF * wait + work > (patience := self._patience(patience)):
             late = f"too late for an answer within {patience:g} s"
             raise _busy(f"its turn would come in about {wait:.2g} s, {late}", wait)

@@ -39,16 +39,19 @@ def serve(pipe: socket.socket, warm: Callable[[], Any], work: Work, litter: Path
         greeting = (True, warm())
     except Exception as error:
         greeting = (False, f"{type(error).__name__}: {error}")
-    pipe.sendall(TAKEN + packed(greeting))
-    while content := read(pipe):
-        job = pickle.loads(content)
-        pipe.sendall(TAKEN)
-        try:
-            result = work(job)
-        except WornOutError as last:
-            pipe.sendall(packed(last.result))
-            return
-        pipe.sendall(packed(result))
+    try:
+        pipe.sendall(TAKEN + packed(greeting))
+        while content := read(pipe):
+            job = pickle.loads(content)
+            pipe.sendall(TAKEN)
+            try:
+                result = work(job)
+            except WornOutError as last:
+                pipe.sendall(packed(last.result))
+                return
+            pipe.sendall(packed(result))
+    except ConnectionError:
+        pass  # it died with something on its way
     _remove(litter)
 
 

@@ -37,13 +37,18 @@ def list_jobs() -> None:
 @jobs.command()
 def cancel(ids: Annotated[list[str], typer.Argument(help="Ids of jobs.", metavar="ID...")]) -> None:
     """Cancel jobs; those that have ended are removed."""
+    unknown = []
     with _desk() as desk:
         for job_id in ids:
             job = desk.store.find(job_id)
             if job is None:
-                complain("jobs", f"{job_id}: no such job")
-                raise typer.Exit(BAD_INPUT)
-            desk.dismiss(job)
+                unknown.append(job_id)
+            else:
+                desk.dismiss(job)
+    for job_id in unknown:
+        complain("jobs", f"{job_id}: no such job")
+    if unknown:
+        raise typer.Exit(BAD_INPUT)
 
 
 @jobs.command()
@@ -67,10 +72,10 @@ def clean(
 def _desk() -> Iterator["Desk"]:
     """The jobs by the settings in force."""
     from ...jobs.files import WrongDatabaseError
-    from ...jobs.store import reason_of
+    from ...jobs.store import told
     from ...service.jobs_kept import open_desk
     from ...service.settings import SettingsError, load
-    from ...wire.problems import JobsUnavailableError
+    from ...wire.problems import InsufficientStorageError, JobsUnavailableError
 
     try:
         settings = load()
@@ -81,14 +86,17 @@ def _desk() -> Iterator["Desk"]:
     if settings.jobs_path is None:
         complain("jobs", "jobs_path is not set (PRIMFIT_JOBS_PATH, or the file that PRIMFIT_CONFIG names)")
         raise typer.Exit(BAD_INPUT)
+    if not settings.jobs_path.is_dir():
+        complain("jobs", f"{settings.jobs_path}: no such folder (jobs_path)")
+        raise typer.Exit(BAD_INPUT)
     desk = open_desk(settings)
     try:
         yield desk
     except WrongDatabaseError as error:
         complain("jobs", str(error))
         raise typer.Exit(BAD_INPUT) from None
-    except JobsUnavailableError as error:
-        complain("jobs", f"{error} ({reason_of(error)})")
+    except (JobsUnavailableError, InsufficientStorageError) as error:
+        complain("jobs", told(error))
         raise typer.Exit(INTERNAL_ERROR) from None
     finally:
         desk.close()

@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner, Result
@@ -9,9 +10,11 @@ from typer.testing import CliRunner, Result
 from primfit.app.cli.commands import app
 from primfit.app.jobs.desk import Desk
 from primfit.app.jobs.files import WrongDatabaseError
+from primfit.app.jobs.store import Store
 from primfit.app.service import jobs_kept, server
 from primfit.app.service.jobs_kept import open_desk
 from primfit.app.service.settings import Settings, SettingsError
+from primfit.app.wire.problems import InsufficientStorageError
 from tests.app.jobs.making import MANY, new
 
 
@@ -48,6 +51,48 @@ def test_jobs_are_listed_canceled_and_removed(desk: Desk) -> None:
     assert run("clean").stdout.startswith("0 jobs removed")
     assert run("clean", "--ended").stdout.startswith("1 jobs removed")
     assert run("list").stdout == "" and desk.folder.ids() == set()
+
+
+def test_those_that_there_are_are_canceled_beside_one_that_there_is_not(desk: Desk) -> None:
+    first, second = _keep(desk, "alice"), _keep(desk, "")
+    done = run("cancel", first, "nobody", second)
+    assert (done.exit_code, done.stderr) == (2, "primfit: jobs: nobody: no such job\n")
+    assert [line.split()[2] for line in run("list").stdout.splitlines()] == ["dismissed", "dismissed"]
+
+
+def test_a_folder_is_not_made_for_who_mistypes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PRIMFIT_JOBS_PATH", str(tmp_path / "jbos"))
+    done = run("list")
+    assert done.exit_code == 2 and "no such folder (jobs_path)" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_is_told_in_a_sentence_and_can_be_cleaned(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The database takes no change until files are removed."""
+    waiting, ended = _keep(desk, "alice"), _keep(desk, "alice")
+    assert run("cancel", ended).exit_code == 0
+    full = InsufficientStorageError("the disk for jobs is full; try again later")
+    there = desk.folder.of(waiting).body
+
+    def as_on_a_full_disk(name: str) -> None:
+        change = getattr(Store, name)
+
+        def changed(store: Store, job_id: str) -> Any:
+            if there.exists():
+                raise full
+            return change(store, job_id)
+
+        monkeypatch.setattr(Store, name, changed)
+
+    for name in ("remove", "dismiss"):
+        as_on_a_full_disk(name)
+    done = run("clean", "--ended")
+    assert (done.exit_code, done.stderr) == (1, f"primfit: jobs: {full}\n")
+    assert desk.folder.ids() == {waiting}
+    assert run("cancel", waiting).exit_code == 0 and not there.exists()
+    assert run("clean", "--ended").stdout.startswith("2 jobs removed")
 
 
 def test_files_of_no_job_are_removed_when_nobody_can_be_taking_them_in(desk: Desk) -> None:

@@ -12,6 +12,7 @@ from primfit.app.jobs.clock import SteadyClock
 from primfit.app.jobs.record import FAILED, RUNNING, SUCCESSFUL, Job, Part, Progress
 from primfit.app.jobs.store import MOST_CRASHES, Store, sqlite_url
 from primfit.app.jobs.watch import Beat
+from primfit.app.readers.errors import TooLargeError
 from primfit.app.wire.problems import (
     IdempotencyKeyReusedError,
     JobsUnavailableError,
@@ -43,6 +44,15 @@ def test_a_job_is_found_by_its_owner_only(open_store: Any) -> None:
     assert other.find(made.id, "bob") is None
     assert (other.listed("alice"), other.listed("bob"), other.listed()) == ([kept], [], [kept])
     assert other.ids() == {made.id}
+
+
+def test_no_job_has_an_id_that_is_no_text(open_store: Any) -> None:
+    assert open_store().find("a\0b", "alice") is None
+
+
+def test_a_job_that_is_larger_than_all_may_be_is_refused_for_good(open_store: Any) -> None:
+    with pytest.raises(TooLargeError, match="11 bytes; your jobs may hold 10"):
+        open_store().add(new(n_bytes=11), 9, 10)
 
 
 def test_the_same_key_brings_the_same_job(open_store: Any) -> None:

@@ -299,6 +299,24 @@ def test_options_tell_the_methods(request: pytest.FixtureRequest, name: str, pat
     assert (answer.status_code, answer.content, answer.headers["allow"]) == (204, b"", methods)
 
 
+@pytest.mark.parametrize(
+    ("method", "path", "methods"),
+    [
+        ("PUT", "/docs", "GET, HEAD, OPTIONS"),
+        ("GET", "/fit", "OPTIONS, POST"),
+        ("PUT", "/jobs", "GET, HEAD, OPTIONS, POST"),
+        ("PATCH", "/jobs/1", "DELETE, GET, HEAD, OPTIONS"),
+        ("LOCK", "/livez", "GET, HEAD, OPTIONS"),
+    ],
+)
+def test_another_method_is_told_those_that_there_are(
+    service: Service, method: str, path: str, methods: str
+) -> None:
+    answer = service.client.request(method, path)
+    is_problem(answer, 405, "method-not-allowed")
+    assert answer.headers["allow"] == methods
+
+
 def test_options_are_for_paths_that_there_are(service: Service) -> None:
     is_problem(service.client.options("/nothing"), 404, "not-found")
     paths = service.client.get("/openapi.json").json()["paths"]

@@ -181,6 +181,15 @@ def test_chunks_that_are_none_end_the_request(hasty: Service, body: bytes) -> No
     _problem(answer(hasty.port, POST + CHUNKED + b"\r\n" + body), 400, "malformed-request")
 
 
+@pytest.mark.parametrize("size", [1, 8])
+def test_chunks_are_not_so_small_that_others_wait(hasty: Service, size: int) -> None:
+    chunk = b"%x\r\n%s\r\n" % (size, b"#" * size)
+    refused = answer(hasty.port, POST + CHUNKED + b"\r\n" + chunk * 200_000)
+    assert "larger chunks" in _problem(refused, 400, "malformed-request")["detail"]
+    some = b"".join(b"1\r\n%c\r\n" % byte for byte in CSV) + b"0\r\n\r\n"
+    assert statuses(answer(hasty.port, POST + CHUNKED + b"Connection: close\r\n\r\n" + some)) == [200]
+
+
 def test_trailers_are_bounded_and_are_no_headers(hasty: Service) -> None:
     chunks = b"%x\r\n%s\r\n0\r\n" % (len(CSV), CSV)
     head = POST + CHUNKED + b"Connection: close\r\n\r\n"

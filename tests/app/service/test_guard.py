@@ -96,7 +96,7 @@ def test_clients_are_named_in_log_and_metrics_and_their_keys_are_not(guarded_ser
         for sample in family.samples
         if family.name == "primfit_client_requests"
     }
-    assert clients == {"alice", "key2"}
+    assert clients == {"alice", "key-3eb1bd43"}
     wait_for(lambda: "a-key-that-is-known" in guarded_service.log.read_text())
     log = guarded_service.log.read_text()
     lines = {line.get("request_id"): line for line in map(json.loads, log.splitlines())}

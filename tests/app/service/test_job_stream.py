@@ -1,4 +1,4 @@
-"""What is sent of a job that is removed meanwhile: it ends."""
+"""What is sent of a job that is removed meanwhile, or whose database goes: it ends, or goes on."""
 
 import asyncio
 from pathlib import Path
@@ -13,7 +13,9 @@ from primfit.app.jobs.desk import Desk
 from primfit.app.jobs.files import Folder
 from primfit.app.jobs.record import SUCCESSFUL, Job, Progress
 from primfit.app.jobs.store import Store, sqlite_url
+from primfit.app.service import job_stream
 from primfit.app.service.job_stream import Events, pieces
+from primfit.app.wire.problems import JobsUnavailableError
 from tests.app.jobs.making import MANY, new
 
 
@@ -61,5 +63,24 @@ def test_events_of_a_job_that_is_removed_end(desk: Desk) -> None:
         return b"".join([event async for event in Events(desk, job, shown, lambda: False).stream(0)])
 
     assert asyncio.run(read()).count(b"event: result") == 1
+    desk.folder.remove(job.id)  # by hand, say: nothing will come any more
+    assert asyncio.run(read()).endswith(b"event: status\nid: end\ndata: {}\n\n")
     desk.remove(job.id)
     assert b"event" not in asyncio.run(read())
+
+
+def test_events_go_on_when_the_database_answers_again(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(job_stream, "_LOOK", 0.01)
+    job, asked = _ended(desk), iter([JobsUnavailableError("down"), JobsUnavailableError("down"), {}])
+
+    async def shown(_: Job) -> dict[str, Any]:
+        document = next(asked)
+        if isinstance(document, Exception):
+            raise document
+        return document
+
+    async def read() -> bytes:
+        return b"".join([event async for event in Events(desk, job, shown, lambda: False).stream(0)])
+
+    told = asyncio.run(read())
+    assert told.count(b"event: result") == 1 and told.endswith(b"id: end\ndata: {}\n\n")

@@ -106,7 +106,7 @@ def test_a_full_queue_refuses_before_the_body_comes(narrow: Service) -> None:
             request.start()
         wait_for(lambda: _metric(narrow, 'primfit_queue_length{lane="small"}') == 1.0)
         with _connected(narrow) as client:
-            client.sendall(_head("/fit", 60_000_000, "Expect: 100-continue"))
+            client.sendall(_head("/fit", 60_000, "Expect: 100-continue"))
             answer = client.recv(65536)
         assert answer.startswith(b"HTTP/1.1 503 ")
         assert b"retry-after: " in answer.lower()
@@ -225,4 +225,9 @@ def test_keys_and_settings_are_read_again(tmp_path: Path) -> None:
         keys.write_text("short\n")
         read_again("SIGHUP: nothing is changed: ")
         assert ask(other, b"1,2\n").status_code == 422
+        keys.write_bytes(b"\xff\xfe")
+        read_again(f"SIGHUP: nothing is changed: {keys}: ")
+        config.write_text("workers = 2\n")
+        read_again("SIGHUP: nothing is changed: no key would be left")
+        assert ask("", b"1,2\n").status_code == 401
         assert service.process.poll() is None

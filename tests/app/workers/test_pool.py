@@ -3,6 +3,7 @@
 import asyncio
 import math
 import os
+import socket
 import subprocess
 import sys
 import time
@@ -13,6 +14,7 @@ from typing import Any
 import pytest
 
 from primfit.app.wire.problems import BusyError, TimeLimitError, WorkerDiedError
+from primfit.app.workers.pipe import TAKEN, packed
 from primfit.app.workers.pool import WorkerPool
 from tests.app.processes import needs_proc
 from tests.app.serving import PATIENCE, wait_for
@@ -96,6 +98,52 @@ def test_more_than_may_wait_is_refused(tmp_path: Path) -> None:
         assert (pool.n_busy, pool.n_waiting["small"], pool.n_restarts) == (0, 0, 0)
 
     _with_pool(Path.read_bytes, use, queue_size=1)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="holds a worker up with a named pipe")
+def test_small_clouds_are_taken_however_many_large_ones_wait(tmp_path: Path) -> None:
+    """While a worker is free for them, and when none is."""
+    held, also = tmp_path / "held", tmp_path / "also"
+    os.mkfifo(held)
+    os.mkfifo(also)
+
+    async def use(pool: WorkerPool) -> None:
+        await _until(lambda: pool.n_warm == 2)
+        large = [asyncio.create_task(pool.run(held, _wanted, large=True)) for _ in range(2)]
+        await _until(lambda: pool.n_busy == 1 and pool.n_waiting["large"] == 1)
+        with pytest.raises(BusyError, match="1 large clouds are waiting"):
+            pool.check_room(large=True)
+        small = [asyncio.create_task(pool.run(also, _wanted)) for _ in range(2)]
+        await _until(lambda: pool.n_busy == 2 and pool.n_waiting["small"] == 1)
+        with pytest.raises(BusyError, match="1 small clouds are waiting"):
+            pool.check_room(large=False)
+        for path in (also, also, held, held):
+            await asyncio.to_thread(path.write_bytes, b"go on")
+        assert await asyncio.gather(*large, *small) == [b"go on"] * 4
+
+    _with_pool(Path.read_bytes, use, size=2, queue_size=1)
+
+
+WORKER = """
+import os, pathlib, socket, sys
+from primfit.app.workers.worker import serve
+serve(socket.socket(fileno=int(sys.argv[1])), os.getpid, bytes, pathlib.Path(sys.argv[2]))
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="hands a socket to another process")
+def test_files_go_with_a_service_that_dies_with_an_answer_on_its_way(tmp_path: Path) -> None:
+    """The worker sends to nobody, and hears that what it sent was thrown away."""
+    for number in range(2000):
+        (tmp_path / f"primfit-7-{number}").touch()
+    ours, theirs = socket.socketpair()
+    command = [sys.executable, "-c", WORKER, str(theirs.fileno()), str(tmp_path / "primfit-7-*")]
+    with subprocess.Popen(command, pass_fds=[theirs.fileno()]), ours:
+        theirs.close()
+        assert ours.recv(1) == TAKEN
+        ours.sendall(packed(10_000_000))
+        ours.recv(1)
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_abandoned_job_is_not_begun() -> None:
