@@ -12,6 +12,7 @@
 # make weights  train both classifiers again             make clean       remove everything that make created
 # make training-figures  after make weights: refresh docs/training-figures.md
 # make example  refresh the example answer of the API    make openapi     refresh docs/openapi.json
+# make viewer   build the page at / from app/viewer (needs node and npm)
 # make constants  refresh the table of constants in docs/pipeline.md, and count the numbers of the verdict
 # make bench  measure primfit on small sets, a few minutes; the report is build/bench/report/benchmark.md
 # make bench-steps  has a step of a fit become slower than the recorded figures? half a minute
@@ -56,7 +57,7 @@ BUILT_WITH = $(PYTHON) -c "import tomllib; print(*tomllib.load(open('pyproject.t
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-clock test-fire test-schema test-fuzz test-torch lint weights training-figures example openapi constants bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
+.PHONY: run setup test test-slow test-clock test-fire test-schema test-fuzz test-torch lint weights training-figures example openapi viewer constants bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -116,6 +117,10 @@ example: $(VENV)/.serving
 # The contract, as a file: clients are generated from it, and a change of it is seen in a diff.
 openapi: $(VENV)/.serving
 	$(VENV)/bin/primfit openapi > docs/openapi.json
+
+# Types of the API come from docs/openapi.json.
+viewer:
+	cd app/viewer && npm ci && npm run types && npm run check && npm run build
 
 # The table of docs/pipeline.md from the sources; it installs nothing.
 constants:

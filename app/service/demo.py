@@ -24,7 +24,10 @@ def show(url: str) -> None:
         return
     print(f"\ncurl --header 'Content-Type: text/csv' --data-binary @{_near(EXAMPLE)} {url}/fit\n")
     print(layout(body))
-    print(f"\nprimfit serves on {url} (its documentation: {url}/docs). Ctrl-C stops it.\n", flush=True)
+    print(
+        f"\nprimfit serves on {url}: open it in a browser (the API: {url}/docs). Ctrl-C stops it.\n",
+        flush=True,
+    )
 
 
 def layout(body: dict[str, Any]) -> str:

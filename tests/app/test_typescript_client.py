@@ -2,11 +2,12 @@
 
 import re
 import shutil
-import subprocess
+from functools import partial
 from typing import Any
 
 import pytest
 
+from tests.app import npm
 from tests.paths import DOCS, ROOT
 
 SOURCE = ROOT / "tests" / "clients" / "typescript"
@@ -14,43 +15,21 @@ SOURCE = ROOT / "tests" / "clients" / "typescript"
 BUILD = ROOT / "build" / "typescript-client"
 EXAMPLE = ROOT / "app" / "examples" / "cylinder.csv"
 IN_DOCS = re.compile(r"^```ts\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-OFFLINE = re.compile(r"E(NOTFOUND|CONNREFUSED|CONNRESET|AI_AGAIN|TIMEDOUT|HOSTUNREACH|NETUNREACH)|ERR_SOCKET")
 
-pytestmark = [
-    pytest.mark.node,
-    pytest.mark.slow,
-    pytest.mark.skipif(not (shutil.which("node") and shutil.which("npm")), reason="needs node and npm"),
-]
-
-
-def _run(*command: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, cwd=BUILD, capture_output=True, text=True, timeout=300)
-
-
-def _succeed(*command: str) -> str:
-    done = _run(*command)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+pytestmark = [pytest.mark.node, pytest.mark.slow, npm.needs_node]
+_succeed = partial(npm.succeed, BUILD)
 
 
 @pytest.fixture(scope="module")
 def packages() -> None:
     """The client's sources, what docs/clients.md adds, and the packages of its lock file, in a folder."""
     BUILD.mkdir(parents=True, exist_ok=True)
-    installed = BUILD / "installed.json"
-    lock = (SOURCE / "package-lock.json").read_text()
     for path in SOURCE.iterdir():
         if path.is_file():
             shutil.copy(path, BUILD)
     blocks = IN_DOCS.findall((DOCS / "clients.md").read_text())
     (BUILD / "fit.ts").write_text("".join(blocks))
-    if installed.exists() and installed.read_text() == lock:
-        return
-    done = _run("npm", "ci")
-    if done.returncode and OFFLINE.search(done.stderr):
-        pytest.skip("npm ci reaches no registry")
-    assert done.returncode == 0, done.stderr
-    installed.write_text(lock)
+    npm.installed(BUILD, (SOURCE / "package-lock.json").read_text())
 
 
 def test_it_type_checks_and_drives_every_operation(packages: None, service: Any) -> None:

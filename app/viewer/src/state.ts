@@ -41,7 +41,7 @@ export const options = signal<Partial<Options>>(ofLink());
 /** The step of the answer that is looked at; null for the answer itself. */
 export const step = signal<number | null>(null);
 export const coloring = signal<Coloring>("residual");
-/** The residual at which the colours end, where somebody has set it. */
+/** The residual at which the colors end, where somebody has set it. */
 export const chosenLimit = signal<number | null>(null);
 export const said = signal("");
 
@@ -89,7 +89,7 @@ export const residuals = computed<Float64Array | null>(() => {
 
 export const inliers = computed<Uint8Array | null>(() => outcome.value?.points?.inliers ?? null);
 
-/** At this residual the colours end: 99 % of the inliers are within it, as in the files of the service. */
+/** At this residual the colors end: 99 % of the inliers are within it, as in the files of the service. */
 export const limit = computed<number>(() => {
   if (chosenLimit.value !== null) return chosenLimit.value;
   const [values, inlying] = [residuals.value, inliers.value];

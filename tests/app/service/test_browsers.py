@@ -1,14 +1,12 @@
 """What people and browsers do first: `/`, HEAD, curl's own media type, names of downloads, other origins."""
 
-import asyncio
+import re
 from collections.abc import Iterator
 
 import httpx
 import pytest
 
-from primfit.app.service.api import create_app
 from primfit.app.service.browsers import Addressee
-from primfit.app.service.settings import Settings
 from primfit.app.wire.disposition import attachment
 from tests.app.service.asking import is_problem
 from tests.app.service.connections import answer as answer_of
@@ -35,23 +33,15 @@ def _preflight(service: Service, origin: str) -> httpx.Response:
 
 
 @pytest.mark.parametrize("name", ["service", "guarded_service"])
-def test_the_root_leads_to_the_documentation(request: pytest.FixtureRequest, name: str) -> None:
+def test_the_page_and_its_parts_need_no_key_and_no_prefix(request: pytest.FixtureRequest, name: str) -> None:
+    """All that it names lies beside it: a proxy may have taken a prefix away."""
     client = request.getfixturevalue(name).client
-    answer = client.get("/")
-    assert answer.status_code == 307
-    # Beside where it was asked for: a proxy may have taken a prefix away.
-    assert answer.headers["location"] == "docs"
-    assert "primfit API" in client.get("/", follow_redirects=True).text
-
-
-def test_a_service_that_knows_its_prefix_leads_there_in_full() -> None:
-    async def asked() -> httpx.Response:
-        transport = httpx.ASGITransport(create_app(Settings()), root_path="/primfit")
-        async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
-            return await client.get("/primfit/")
-
-    answer = asyncio.run(asked())
-    assert (answer.status_code, answer.headers["location"]) == (307, "/primfit/docs")
+    page = client.get("/")
+    assert page.headers["content-type"].startswith("text/html")
+    parts = re.findall(r'(?:src|href)="([^"]+)"', page.text)
+    assert {"docs", "viewer/viewer.js", "viewer/viewer.css"} <= set(parts)
+    for part in parts:
+        assert part == "data:," or client.get(f"/{part}").status_code == 200
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-/** What the colours mean. The end of the scale can be dragged, and set by the keyboard. */
+/** What the colors mean. The end of the scale can be dragged, and set by the keyboard. */
 
 import { KINDS, LABELS, RAMP, css } from "../scene/colors";
 import { plain } from "../numbers";

@@ -1,4 +1,4 @@
-/** Colours of points. Signed values: ColorBrewer's RdBu without its dark ends, on a dark ground, blue is negative. */
+/** Colors of points. Signed values: ColorBrewer's RdBu without its dark ends, on a dark ground, blue is negative. */
 
 export type Color = readonly [number, number, number];
 
@@ -6,7 +6,7 @@ const parsed = (hex: string): Color => [0, 2, 4].map((at) => parseInt(hex.slice(
 
 export const RAMP = "4393c3 92c5de d1e5f0 f7f7f7 fddbc7 f4a582 d6604d".split(" ").map(parsed);
 
-/** Okabe and Ito's colours, which people of any colour vision tell apart; labels beyond them begin anew. */
+/** Okabe and Ito's colors, which people of any color vision tell apart; labels beyond them begin anew. */
 export const LABELS = "56b4e9 e69f00 009e73 f0e442 cc79a7 d55e00 0072b2 bbbbbb".split(" ").map(parsed);
 
 /** In the order of their colors. */

@@ -13,13 +13,13 @@ import { LABELS, PLAIN, RAMP, type Color } from "./colors";
 
 const FULL = 32767;
 
-/** What the colour of a point tells. */
+/** What the color of a point tells. */
 export type Coloring = "residual" | "inlier" | "label" | "kind" | "plain";
 /** Their numbers in the shader; a kind is one more label. */
 const NUMBERS: Record<Coloring, number> = { plain: 0, residual: 1, inlier: 2, label: 3, kind: 3 };
 
 export interface Look {
-  /** Signed values (N), and the one at which the colours end. */
+  /** Signed values (N), and the one at which the colors end. */
   readonly values: Float64Array | null;
   readonly limit: number;
   readonly inliers: Uint8Array | null;
