@@ -121,6 +121,13 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
+def runs_on(line: str, delimiter: str | None) -> bool:
+    """Whether a cell begins with a quote that does not end in the row: it would take the next one in."""
+    if delimiter is None:
+        line, delimiter = " ".join(line.split()), " "
+    return len(list(csv.reader([line, ""], delimiter=delimiter, skipinitialspace=True))) < 2
+
+
 def counted(n_bad: int) -> str:
     """The number of bad rows, in words where there may be more."""
     return f"{n_bad} or more" if n_bad >= COUNTED else str(n_bad)

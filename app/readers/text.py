@@ -13,7 +13,7 @@ from .columns import FOUND, Pick
 from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 from .formats import NAMES
 from .limits import UNLIMITED, Limits
-from .lines import COUNTED, cells_of, check_lines, counted, is_number, lines, plain_numbers
+from .lines import COUNTED, cells_of, check_lines, counted, is_number, lines, plain_numbers, runs_on
 from .tables import COMMENT, ROW, Layout, look
 from .unnamed import check_first
 
@@ -119,6 +119,8 @@ def _load(text: bytes, layout: Layout, labels: list[str], scans: list[_Scan]) ->
         for line in _without_counts(text, layout, scans):
             if not quoted and not layout.holds(_width(line, layout)):
                 raise ValueError
+            if quoted and '"' in line and runs_on(line, layout.delimiter):
+                raise ValueError
             if label is not None:
                 cells = cells_of(line, layout.delimiter)
                 if not layout.holds(len(cells)):
@@ -177,7 +179,9 @@ def _explain(text: bytes, layout: Layout) -> UnreadableFileError:
         if layout.decimal_comma:
             # A point between digits is no decimal one here, and so no number.
             cells = [cell.replace(".", "'").replace(",", ".") for cell in cells]
-        if not layout.holds(len(cells)):
+        if '"' in line and runs_on(line, layout.delimiter):
+            bad = [FieldError(f"line {number}", "a cell begins with a quote that does not end in the row")]
+        elif not layout.holds(len(cells)):
             message = f"the row holds {len(cells)} values, the first row {layout.width}"
             bad = [FieldError(f"line {number}", message)]
         else:

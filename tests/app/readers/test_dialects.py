@@ -183,6 +183,19 @@ def test_a_row_without_its_label_is_named() -> None:
     assert caught.value.field == "line 2"
 
 
+@pytest.mark.parametrize("text", [b'x,y,z,part\n1,2,3,"\n4,5,6,a\n', b'1 2 3 4\n1 2 3 "5\n4 5 6 7\n'])
+def test_a_quote_that_does_not_end_takes_no_other_row_in(text: bytes) -> None:
+    with pytest.raises(UnreadableFileError) as caught:
+        read(text)
+    assert "a quote that does not end" in caught.value.errors[0].message
+
+
+def test_inches_are_no_quotes() -> None:
+    cloud = read(b'x,y,z,part\n1,2,3,2"\n4,5,6,"wall,"\n', pick=Pick("part"))
+    np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [4, 5, 6]])
+    assert cloud.labels is not None and cloud.labels.tolist() == ["2", "wall,"]
+
+
 WRITTEN = {
     "an index": "1,1.5,2,3\n2,4,5,6\n3,7,8,9\n",
     "point numbers and words": "1000 1.5 2 3 STM\n1001 4 5 6 STM\n1002 7 8 9 WALL\n",
