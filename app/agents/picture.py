@@ -92,7 +92,7 @@ class _Sheet:
 
 @cache
 def _palette() -> Image.Image:
-    """256 colors: those of the distances, alone, at the rim of a dot, and behind the surface; and the rest."""
+    """256 colors: those of the distances, alone, at the rim of a dot, behind the surface; and the rest."""
     distances = diverging(np.linspace(-1.0, 1.0, 65), 1.0).astype(np.float64)
     few = distances[::2]
     mixes = [
@@ -312,7 +312,8 @@ def _draw_axes(sheet: _Sheet, camera: Camera) -> None:
         if np.linalg.norm(along) > 0.15:
             end = origin + 20.0 * along
             sheet.pen.line([tuple(SMOOTH * origin), tuple(SMOOTH * end)], GRAY, SMOOTH + 1)
-            sheet.text(*(end + 8.0 * along / np.linalg.norm(along)), name, 11, GRAY, "mm")
+            x, y = (end + 8.0 * along / np.linalg.norm(along)).tolist()
+            sheet.text(x, y, name, 11, GRAY, "mm")
 
 
 def _draw_figures(sheet: _Sheet, answer: Mapping[str, Any]) -> None:
@@ -347,8 +348,7 @@ def _draw_bar(sheet: _Sheet, drawn: _Drawn) -> None:
     sheet.text(COLUMN, BAR_TOP - 24, f"signed distance{of.bracketed}", 12)
     width, height = BAR
     shares = np.linspace(1.0, -1.0, height * SMOOTH)
-    for i, color in enumerate(diverging(shares, 1.0).tolist()):
-        y = BAR_TOP * SMOOTH + i
+    for y, color in enumerate(diverging(shares, 1.0).tolist(), BAR_TOP * SMOOTH):
         sheet.pen.line((COLUMN * SMOOTH, y, (COLUMN + width) * SMOOTH, y), tuple(color))
     outline = (COLUMN, BAR_TOP, COLUMN + width, BAR_TOP + height)
     sheet.pen.rectangle([SMOOTH * each for each in outline], None, GRAY, SMOOTH)
@@ -358,7 +358,6 @@ def _draw_bar(sheet: _Sheet, drawn: _Drawn) -> None:
     }
     half = of.two(drawn.limit / 2.0)
     for share, told in {**ends, 0.5: f"+{half}", 0.0: "0", -0.5: f"-{half}"}.items():
-        y = BAR_TOP + (1.0 - share) / 2.0 * height
-        for line in _wrapped(told, 11, WIDTH - COLUMN - width - 10, 2):
-            sheet.text(COLUMN + width + 6, y, line, 11, INK, "lm")
-            y += 12
+        beside = BAR_TOP + (1.0 - share) / 2.0 * height
+        for i, line in enumerate(_wrapped(told, 11, WIDTH - COLUMN - width - 10, 2)):
+            sheet.text(COLUMN + width + 6, beside + 12 * i, line, 11, INK, "lm")

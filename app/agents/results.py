@@ -174,7 +174,9 @@ def _alternative(given: Mapping[str, Any]) -> dict[str, Any]:
 
 def _without_outlines(extents: Mapping[str, Any] | None) -> dict[str, Any] | None:
     """Numbers and directions: an outline has hundreds of points."""
-    return extents and {name: value for name, value in extents.items() if not _is_outline(value)}
+    if extents is None:
+        return None
+    return {name: value for name, value in extents.items() if not _is_outline(value)}
 
 
 def _is_outline(value: Any) -> bool:

@@ -53,14 +53,18 @@ class Rooted:
         TooLargeError
             It holds more than `limit` bytes.
         """
-        with os.fdopen(self._opened(), "rb") as file:
-            found = os.fstat(file.fileno())
+        descriptor = self._opened()
+        try:
+            found = os.fstat(descriptor)
             if not stat.S_ISREG(found.st_mode):
                 raise PathRefusedError(
                     self.given, f"is {_sort(found.st_mode)}; a file with a cloud is needed"
                 )
-            # Not the size that the system tells: that may grow while the file is read.
-            content = file.read(limit + 1)
+            with os.fdopen(descriptor, "rb", closefd=False) as file:
+                # Not as much as the system tells: a file may grow while it is read.
+                content = file.read(limit + 1)
+        finally:
+            os.close(descriptor)
         if len(content) > limit:
             size = max(found.st_size, len(content))
             message = f"{self.given!r} holds {size} bytes; the limit is {limit} (max_body_bytes)"

@@ -24,7 +24,7 @@ from .places import Places
 from .tickets import Tickets
 from .tools import Tools
 
-PRELOAD = [*OF_SERVICE, "primfit.app.agents.work"]
+PRELOAD = [*OF_SERVICE, "primfit.app.agents.work", "primfit.app.agents.picture"]
 SWEEP_SECONDS = 5.0
 """Between two looks for tickets whose time is over."""
 

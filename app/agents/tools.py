@@ -188,6 +188,7 @@ class Tools:
             assert self.tickets is not None
             ticket = self.tickets.new()
             request = context.request_context.request
+            assert request is not None
             url = f"{str(request.base_url).rstrip('/')}/uploads/{ticket}"
             return _told(
                 {
@@ -346,7 +347,7 @@ async def _or_problem(answer: Callable[[], Awaitable[CallToolResult]]) -> CallTo
     except _RefusedError as error:
         document = dict(error.document)
     except PathRefusedError as error:
-        document = orjson.loads(problem(error, "/mcp").content) | {"detail": _printable(str(error))}
+        document = orjson.loads(problem(error, "/mcp").content) | _unmasked(error)
     except _REFUSED as error:
         document = orjson.loads(problem(error, "/mcp").content)
         if document["status"] == 500:
@@ -357,12 +358,19 @@ async def _or_problem(answer: Callable[[], Awaitable[CallToolResult]]) -> CallTo
     )
 
 
-def _printable(text: str) -> str:
-    return "".join(letter if letter.isprintable() else "?" for letter in text[:1000])
+def _unmasked(error: PathRefusedError) -> dict[str, Any]:
+    """What names the path in its own letters, which problem documents do not."""
+    detail = "".join(letter if letter.isprintable() else "?" for letter in str(error)[:1000])
+    return {"detail": detail, "errors": [{"field": "path", "message": detail}]}
 
 
 def _words(document: Mapping[str, Any]) -> str:
-    """A title, the detail, and the fields where they tell more."""
-    errors = [f"{each['field']}: {each['message']}" for each in document["errors"]]
-    more = [line for line in errors if not document["detail"].endswith(line.partition(": ")[2])]
-    return "\n".join([f"{document['title']}. {document['detail']}", *more])
+    """A title, the detail where the fields do not hold it, and the fields."""
+    detail, errors = document["detail"], document["errors"]
+    fields = [f"{each['field']}: {each['message']}{_given(each)}" for each in errors]
+    told = len(errors) == 1 and detail.endswith(errors[0]["message"])
+    return "\n".join([f"{document['title']}.", *([] if told else [detail]), *fields])
+
+
+def _given(error: Mapping[str, str]) -> str:
+    return f" (given: {error['value']})" if "value" in error else ""

@@ -1,5 +1,6 @@
 """`primfit mcp`: tools for agents, by the Model Context Protocol."""
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,9 @@ from ..status import BAD_INPUT, complain
 
 if TYPE_CHECKING:
     from ...agents.places import Places
+
+NEEDED = ("mcp", "PIL")
+"""What the extra brings along."""
 
 
 def mcp(
@@ -53,11 +57,11 @@ def mcp(
         raise _refused(*error.complaints) from None
     except OSError as error:
         raise _refused(str(error)) from None
-    try:
-        from ...agents.server import serve_stdio
-    except ModuleNotFoundError as error:
-        raise _refused(f"{error.name} is missing; it needs an extra: pip install 'primfit[mcp]'") from None
+    if not all(map(find_spec, NEEDED)):
+        raise _refused("the Model Context Protocol needs an extra: pip install 'primfit[mcp]'")
     if not http:
+        from ...agents.server import serve_stdio
+
         serve_stdio(settings, places)
         return
     from ...agents.http import serve_http
