@@ -195,7 +195,8 @@ class _Drawn:
             scene = Scene.of(fitted)
             return cls(scene, np.ones(len(scene.points), bool), 0.0, n_points, 0, unit, "")
         # The best try is drawn like an answer: it shows why it is none.
-        scene = Scene.of(replace(fitted, recognition=replace(found, status="fitted")))
+        fitted = replace(fitted, recognition=replace(found, status="fitted"))
+        scene = Scene.of(fitted)
         residuals = fitted.residuals
         outliers = np.flatnonzero(~residuals.inlier)
         rows = np.union1d(shown(n_points), np.random.default_rng(0).permutation(outliers)[:MOST_OUTLIERS])
