@@ -9,6 +9,7 @@ from primfit.fitting.primitives import SIZES
 
 Status = Literal["fitted", "ambiguous", "no_fit"]
 Values = dict[str, Any]
+LABEL_LENGTH = 80
 
 _FIRST = ("status", "message", "warnings", "primitive", "error", "noise", "active_constraints", "conformance")
 _KNOWN = ("intervals", "direction", "position", "warnings")
@@ -155,7 +156,7 @@ def row(label: int | str, answer: Mapping[str, Any]) -> dict[str, Any]:
     """What `Row` holds of the answer for a segment."""
     primitive, error = answer["primitive"] or {}, answer["error"] or {}
     return {
-        "label": label,
+        "label": shown(label),
         "n_points": answer["receipt"]["n_points"],
         "status": answer["status"],
         "kind": primitive.get("kind"),
@@ -164,6 +165,13 @@ def row(label: int | str, answer: Mapping[str, Any]) -> dict[str, Any]:
         "inlier_share": error.get("inlier_share"),
         "warnings": list(answer["warnings"]),
     }
+
+
+def shown(label: int | str) -> int | str:
+    """A label as an agent sees it: it is text from a file."""
+    if isinstance(label, int):
+        return label
+    return "".join(letter if letter.isprintable() else "?" for letter in label[:LABEL_LENGTH])
 
 
 def _alternative(given: Mapping[str, Any]) -> dict[str, Any]:

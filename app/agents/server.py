@@ -3,14 +3,15 @@
 import asyncio
 import logging
 import os
+import signal
+import sys
 from collections.abc import AsyncIterator
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import anyio
 from mcp.server.mcpserver import MCPServer
 
 from ..readers.formats import FORMATS
@@ -112,10 +113,32 @@ def _remove_unfinished(output: Path | None) -> None:
 
 
 def serve_stdio(settings: Settings, places: Places) -> None:
-    """Serve until the client closes standard input."""
+    """Serve until the client closes standard input, or a signal ends this process."""
+    asyncio.run(_serve_stdio(settings, places))
 
-    async def serve() -> None:
-        async with running(settings, places, uploads=False) as (server, _):
-            await server.run_stdio_async()
 
-    anyio.run(serve)
+async def _serve_stdio(settings: Settings, places: Places) -> None:
+    async with running(settings, places, uploads=False) as (server, _):
+        served = asyncio.create_task(server.run_stdio_async())
+        signaled = _signaled()
+        await asyncio.wait((served, signaled), return_when=asyncio.FIRST_COMPLETED)
+    if not served.done():
+        # A thread waits for the next line still, and nothing but its end would wake it.
+        print("primfit: mcp: interrupted", file=sys.stderr, flush=True)
+        os._exit(128 + signaled.result())
+    served.result()
+
+
+def _signaled() -> "asyncio.Future[int]":
+    """Done with the number of the first signal that asks this process to end."""
+    loop = asyncio.get_running_loop()
+    number: asyncio.Future[int] = loop.create_future()
+
+    def note(which: int) -> None:
+        if not number.done():
+            number.set_result(which)
+
+    with suppress(NotImplementedError):  # on Windows
+        for which in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(which, note, which)
+    return number

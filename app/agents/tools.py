@@ -11,7 +11,6 @@ from typing import Annotated, Any
 
 import orjson
 from mcp.server.mcpserver import Context, Image, MCPServer
-from mcp.server.mcpserver.exceptions import ToolError
 from mcp_types import CallToolResult, TextContent, ToolAnnotations
 from pydantic import Field, WithJsonSchema
 
@@ -20,7 +19,7 @@ from ..readers.errors import FieldError
 from ..service.body import is_large
 from ..service.settings import Settings
 from ..service.spool import Spool
-from ..wire.problems import InvalidOptionsError, NoSuchTicketError, ServiceError, problem
+from ..wire.problems import INTERNAL, InvalidOptionsError, NoSuchTicketError, ServiceError, problem
 from ..workers.jobs import Reply
 from ..workers.pool import WorkerPool
 from . import options as of
@@ -275,7 +274,7 @@ async def _rows_of(run: Callable[..., Awaitable[Any]], job: RowsJob) -> list[dic
         return list(_result(await run(job, _never)))
     except (_RefusedError, ServiceError) as error:
         return [
-            {"label": label, "n_points": stop - start, "problem": str(error)}
+            {"label": results.shown(label), "n_points": stop - start, "problem": str(error)}
             for label, start, stop in job.segments
         ]
 
@@ -350,8 +349,8 @@ async def _or_problem(answer: Callable[[], Awaitable[CallToolResult]]) -> CallTo
         document = orjson.loads(problem(error, "/mcp").content) | _unmasked(error)
     except _REFUSED as error:
         document = orjson.loads(problem(error, "/mcp").content)
-        if document["status"] == 500:
-            raise ToolError(document["title"]) from error
+        if document["status"] == INTERNAL.status:
+            raise
     document.pop("instance", None)
     return CallToolResult(
         content=[TextContent(type="text", text=_words(document))], structured_content=document, is_error=True

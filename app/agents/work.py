@@ -199,4 +199,4 @@ class RowsJob:
             cloud = prepared(self.stored.segment(start, stop), self.options)
             return results.row(label, fitted(cloud, self.options, self.limits)[1])
         except (InvalidPointCloudError, InvalidOptionError, UnreadableFileError) as error:
-            return {"label": label, "n_points": stop - start, "problem": str(error)}
+            return {"label": results.shown(label), "n_points": stop - start, "problem": str(error)}

@@ -1,5 +1,6 @@
 """`primfit mcp` without what it needs, and with places that are none."""
 
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -39,3 +40,18 @@ def test_others_are_let_in_with_keys_only() -> None:
     pytest.importorskip("mcp", reason="needs the extra mcp: pip install 'primfit[mcp]'")
     status, said = _ended("--http", "--host", "0.0.0.0", "--port", "0")
     assert status == 2 and "API keys are needed: set PRIMFIT_API_KEYS" in said
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
+def test_a_signal_ends_it_while_it_waits_for_its_client(number: signal.Signals, tmp_path: Path) -> None:
+    pytest.importorskip("mcp", reason="needs the extra mcp: pip install 'primfit[mcp]'")
+    command = [sys.executable, "-m", "primfit", "mcp", "--workers", "1", "--root", str(tmp_path)]
+    with subprocess.Popen(command, stdin=-1, stdout=-1, stderr=-1, text=True) as process:
+        assert process.stdin is not None and process.stdout is not None and process.stderr is not None
+        process.stdin.write('{"jsonrpc": "2.0", "id": 1, "method": "ping"}\n')
+        process.stdin.flush()
+        assert '"id":1' in process.stdout.readline()
+        process.send_signal(number)
+        assert process.wait(60) == 128 + number
+        assert process.stderr.read().endswith("primfit: mcp: interrupted\n")
