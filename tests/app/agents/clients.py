@@ -17,7 +17,9 @@ import primfit
 from tests.app.serving import LISTENING, PATIENCE, wait_for
 
 pytest.importorskip("mcp", reason="needs the extra mcp: pip install 'primfit[mcp]'")
+from httpx2 import AsyncClient
 from mcp import Client, StdioServerParameters, stdio_client
+from mcp.client.streamable_http import streamable_http_client
 
 COMMAND = ["-m", "primfit", "mcp", "--workers", "1"]
 SLOW = {"criterion": "maximum_inscribed", "kinds": ["cylinder"]}
@@ -58,6 +60,16 @@ async def stdio(folder: Path, *arguments: str, **settings: object) -> AsyncItera
         command=sys.executable, args=[*COMMAND, *arguments], env=environment(**settings), cwd=folder
     )
     async with Client(stdio_client(server)) as client:
+        yield client
+
+
+@asynccontextmanager
+async def http_with(headers: dict[str, str], server: Server) -> AsyncIterator[Client]:
+    """A client of a server over HTTP that sends these headers."""
+    async with (
+        AsyncClient(headers=headers) as http,
+        Client(streamable_http_client(server.url, http_client=http)) as client,
+    ):
         yield client
 
 

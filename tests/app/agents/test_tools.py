@@ -18,12 +18,13 @@ from tests.app.agents.clients import (
     Server,
     asked,
     http_server,
+    http_with,
     stdio,
     words,
     write_cylinder,
     write_slow_cloud,
 )
-from tests.app.processes import needs_proc
+from tests.app.processes import needs_proc, ticks
 from tests.app.serving import wait_for, workers
 from tests.paths import EXAMPLES
 
@@ -262,17 +263,19 @@ def test_others_are_answered_while_a_fit_runs(server: Server) -> None:
 
 @needs_proc
 def test_a_call_that_is_given_up_ends_the_work(server: Server, mode: str) -> None:
-    wait_for(lambda: len(workers(server.pid)) == 1)
-    (before,) = workers(server.pid)
-
     async def ask(client: Client) -> Any:
+        await client.call_tool("fit", {"path": "pipe.npy"})
+        (worker,) = workers(server.pid)
+        used = ticks(worker)
         slow = asyncio.create_task(client.call_tool("fit", {"path": "slow.npy", "options": SLOW}))
-        await asyncio.sleep(1.0)  # until it is at work, or nearly so
+        while ticks(worker) < used + 30:  # it is at work, for 0.3 s
+            await asyncio.sleep(0.05)
         slow.cancel()
         await asyncio.gather(slow, return_exceptions=True)
-        return await client.call_tool("fit", {"path": "pipe.npy"})
+        return worker, await client.call_tool("fit", {"path": "pipe.npy"})
 
-    assert asked(server, ask, mode).structured_content["status"] == "fitted"
+    before, found = asked(server, ask, mode)
+    assert found.structured_content["status"] == "fitted"
     wait_for(lambda: before not in workers(server.pid))
 
 
@@ -304,4 +307,10 @@ def test_keys_are_asked_for_but_by_uploads(tmp_path: Path) -> None:
             server.url, content=b"{}", headers={**headers, "Authorization": f"Bearer {key}"}
         )
         assert with_key.status_code == 400  # it is let in, and told that this is no message
+
+        async def ask() -> Any:
+            async with http_with({"X-API-Key": key}, server) as client:
+                return (await client.call_tool("upload", {})).structured_content
+
+        assert asyncio.run(ask())["ticket"]
     assert "Traceback" not in (tmp_path / "log").read_text()
