@@ -45,16 +45,18 @@ class Job:
     request_id: str = "mcp"
     trace_id: str | None = None
 
-    def opened(self, labels: str | None = None) -> tuple[Cloud, dict[str, Any], str]:
-        """The cloud, the options that hold for it (a file may have some), and the SHA-256 of the file."""
-        data = self.source.read(self.limits.unpacked_bytes)
+    def opened(self, data: bytes, labels: str | None = None) -> tuple[Cloud, dict[str, Any]]:
+        """The cloud in a file, and the options that hold for it: a file may have some."""
         cloud = read(data, self.limits, Pick(labels, as_columns(self.options.get("columns"))))
         options = check_options((), self.options, cloud.options)
-        return cloud, options, sha256(data).hexdigest()
+        return cloud, options
+
+    def read(self) -> bytes:
+        return self.source.read(self.limits.unpacked_bytes)
 
     def fitted(self, artifacts: Sequence[str] = ()) -> tuple[Fitted, dict[str, Any]]:
         """What was recognized, and the answer; nothing is fitted that the artifacts could not be made of."""
-        cloud, options, _ = self.opened()
+        cloud, options = self.opened(self.read())
         cloud = prepared(cloud, options)
         check_parts(artifacts, options.get("include", ANSWER_PARTS))
         check_unit(artifacts, cloud.unit)
@@ -165,7 +167,8 @@ class CutJob(Job):
     most: int
 
     def work(self) -> Scan:
-        cloud, options, known = self.opened(self.labels)
+        data = self.read()
+        cloud, options = self.opened(data, self.labels)
         cut = cut_cloud(cloud)
         if cut is None:
             raise UnreadableFileError(
@@ -177,7 +180,7 @@ class CutJob(Job):
         with self.scratch.open("r+b") as file:
             stored = store(cut, self.scratch, file)
         unit = options.get("unit") or cloud.unit
-        return Scan(cut.labels, cut.bounds, stored, options, unit, known)
+        return Scan(cut.labels, cut.bounds, stored, options, unit, sha256(data).hexdigest())
 
 
 @dataclass(frozen=True)
