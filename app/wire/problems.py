@@ -132,6 +132,14 @@ class JobsUnavailableError(ServiceError):
     """The database of the jobs does not answer."""
 
 
+class NoSuchTicketError(ServiceError):
+    """The upload ticket is unknown, has no file yet, or its time is over."""
+
+
+class TicketUsedError(ServiceError):
+    """A file was, or is being, uploaded with the ticket."""
+
+
 class HeaderError(ServiceError):
     """A refusal whose headers depend on the request or the moment."""
 
@@ -227,6 +235,8 @@ KINDS: dict[type[Exception], Kind] = {
         422, "idempotency-key-reused", "Another job came with this Idempotency-Key"
     ),
     JobsUnavailableError: Kind(503, "jobs-unavailable", "The database of the jobs does not answer", _RETRY),
+    NoSuchTicketError: Kind(404, "no-such-ticket", "No such upload ticket"),
+    TicketUsedError: Kind(409, "ticket-used", "The upload ticket was used"),
     TimeLimitError: Kind(504, "time-limit", "Reading and fitting took too long"),
 }
 INTERNAL = Kind(500, "internal-error", "The service failed; the request may be valid")

@@ -12,6 +12,7 @@ from ..ending import ended_plainly
 from .batch import batch
 from .fit import fit
 from .jobs import jobs
+from .mcp import mcp
 from .parts import bench, synth
 from .service import openapi, serve, settings
 
@@ -59,7 +60,7 @@ def _primfit(
 ) -> None: ...
 
 
-for _command in (fit, batch, serve, settings, openapi, synth):
+for _command in (fit, batch, serve, mcp, settings, openapi, synth):
     app.command()(_command)
 app.add_typer(jobs, name="jobs")
 # It has a help of its own.

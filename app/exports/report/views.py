@@ -57,7 +57,7 @@ def lone_view(scene: Scene, limit: float, unit: str | None) -> Markup:
 
 
 @dataclass(frozen=True, eq=False)
-class _Frame:
+class Frame:
     """From points to places (N, 2) in the picture and depths (N,), both in tenths of a pixel.
 
     `middle` (3,) comes to the middle of the picture, and what is `radius` beside it to the margin.
@@ -81,7 +81,7 @@ class _Frame:
 
 
 @dataclass(frozen=True, eq=False)
-class _Front:
+class Front:
     """What of a surface is nearest to the viewer.
 
     Attributes
@@ -95,7 +95,7 @@ class _Front:
     unit: float
 
     @classmethod
-    def of(cls, surface: Surface, frame: _Frame) -> Self:
+    def of(cls, surface: Surface, frame: Frame) -> Self:
         nearest = np.full((CELLS, CELLS), -np.inf)
         place, depth = frame.places(surface.fine)
         row, column = _cells(place).T
@@ -117,9 +117,9 @@ def _view(
 ) -> Markup:
     title, azimuth, elevation = view
     camera = Camera.at(scene.axis, scene.front, azimuth, elevation)
-    frame = _Frame.about(scene, camera)
+    frame = Frame.about(scene, camera)
     place, depth = frame.places(scene.points)
-    inside = ~_is_beyond(place)
+    inside = ~is_beyond(place)
     place, depth, outside = place[inside], depth[inside], place[~inside]
     if scene.distance is None:
         level, colors = np.zeros(len(place), np.intp), [NEUTRAL]
@@ -129,25 +129,25 @@ def _view(
     size = dot_size(DOT, len(place))
     hidden = np.zeros(len(place), bool)
     if scene.surface is not None:
-        front = _Front.of(scene.surface, frame)
+        front = Front.of(scene.surface, frame)
         hidden = front.hides(place, depth)
         parts.append(dots(place[hidden], level[hidden], colors, size))
         parts.append(_pieces(scene.surface, frame, front))
         parts += [_edge(edge, frame, front) for edge in scene.surface.edges]
         parts.append(_axis(scene.surface, frame))
-    parts += [dots(place[~hidden], level[~hidden], colors, size), beyond(_drawn_in(outside), 40)]
-    n_beyond = int(_is_beyond(frame.places(scene.cloud)[0]).sum())
+    parts += [dots(place[~hidden], level[~hidden], colors, size), beyond(drawn_in(outside), 40)]
+    n_beyond = int(is_beyond(frame.places(scene.cloud)[0]).sum())
     parts += [_scale_bar(frame.radius, unit), _triad(camera), _told(n_beyond)]
     about = f"points and primitive, {title}"
     return picture(SIZE, SIZE + STRIP, *parts, title=about, class_="view", **attributes)
 
 
-def _is_beyond(place: Array) -> NDArray[np.bool_]:
+def is_beyond(place: Array) -> NDArray[np.bool_]:
     """Which places (N, 2) are not in the picture."""
     return np.any((place < EDGES[0]) | (place > EDGES[1]), axis=1)
 
 
-def _drawn_in(place: Array) -> Array:
+def drawn_in(place: Array) -> Array:
     """Where the lines from the middle to places (N, 2) beyond the picture leave it."""
     half = (EDGES[1] - EDGES[0]) / 2.0
     away = place - SIZE / 2.0
@@ -161,7 +161,7 @@ def _told(n_beyond: int) -> Markup:
     return text(SIZE / 2.0, SIZE + STRIP - 90, f"{count(n_beyond, 'point')} beyond", "middle")
 
 
-def _pieces(surface: Surface, frame: _Frame, front: _Front) -> Markup:
+def _pieces(surface: Surface, frame: Frame, front: Front) -> Markup:
     """The pieces from the farthest to the nearest, without those that are hidden."""
     place, depth = frame.places(surface.pieces)
     towards = surface.normals @ frame.camera.toward
@@ -187,7 +187,7 @@ def _fill(outside: bool, shade: int) -> str:
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def _edge(edge: Array, frame: _Frame, front: _Front) -> Markup:
+def _edge(edge: Array, frame: Frame, front: Front) -> Markup:
     """A line that is dashed where it is hidden."""
     place, depth = frame.places(edge)
     hidden = front.hides(place, depth)
@@ -201,7 +201,7 @@ def _edge(edge: Array, frame: _Frame, front: _Front) -> Markup:
     return joined(parts)
 
 
-def _axis(surface: Surface, frame: _Frame) -> Markup:
+def _axis(surface: Surface, frame: Frame) -> Markup:
     """The axis, unless it is far from a surface that hardly bends about it: then it would cut through."""
     if surface.axis is None:
         return Markup("")
