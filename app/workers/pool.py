@@ -198,7 +198,9 @@ class WorkerPool:
         n_waiting, wait = self._line.n_waiting(lane), self._line.seconds_to_wait(lane)
         work = self._line.seconds_of_work(lane)
         if n_waiting >= self._queue_size:
-            raise _busy(f"{n_waiting} {lane} clouds are waiting, the limit of this service", wait)
+            raise _busy(
+                f"{n_waiting} requests with {lane} clouds are waiting, the limit of this service", wait
+            )
         if _OFF * wait + work > (patience := self._patience(patience)):
             late = f"too late for an answer within {patience:g} s"
             raise _busy(f"its turn would come in about {wait:.2g} s, {late}", wait)

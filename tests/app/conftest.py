@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from tests.app import npm
 from tests.app.serving import ALICE, NAMELESS, Service, running
 from tests.paths import EXAMPLES
 
@@ -33,6 +34,12 @@ def guarded_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Servic
     told["jobs_path"] = str(tmp_path_factory.mktemp("jobs"))
     with running(tmp_path_factory.mktemp("bodies"), workers=1, **told) as started:
         yield started
+
+
+@pytest.fixture(scope="session")
+def viewer_sources() -> None:
+    """The sources of the viewer with the packages of their lock file, in `npm.VIEWER`."""
+    npm.install_viewer()
 
 
 @pytest.fixture(scope="session")

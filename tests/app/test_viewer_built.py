@@ -1,7 +1,6 @@
 """What is shipped of the viewer is what its sources make, and it computes what primfit computes."""
 
 import json
-import shutil
 from functools import partial
 
 import numpy as np
@@ -9,14 +8,11 @@ import pytest
 
 from primfit.fitting.primitives import PRIMITIVES
 from tests.app import npm
-from tests.paths import DOCS, ROOT
+from tests.paths import ROOT
 
 SOURCE = ROOT / "app" / "viewer"
-# node_modules stay here from one run to the next.
-BUILD = ROOT / "build" / "viewer"
-
 pytestmark = [pytest.mark.node, npm.needs_node]
-_succeed = partial(npm.succeed, BUILD / "app" / "viewer")
+_succeed = partial(npm.succeed, npm.VIEWER)
 SURFACES = [
     {"kind": "plane", "normal": [0.6, 0.0, 0.8], "point": [1.0, 2.0, 3.0]},
     {"kind": "sphere", "center": [1.0, 2.0, 3.0], "radius": 2.5},
@@ -40,38 +36,23 @@ console.log(JSON.stringify(surfaces.map((each) => points.map((point) => distance
 """
 
 
-@pytest.fixture(scope="module")
-def sources() -> None:
-    """The sources with the packages of their lock file, in a folder of their own."""
-    here = BUILD / "app" / "viewer"
-    shutil.rmtree(here / "src", ignore_errors=True)
-    shutil.copytree(SOURCE / "src", here / "src", dirs_exist_ok=True)
-    for path in SOURCE.iterdir():
-        if path.is_file():
-            shutil.copy(path, here)
-    (BUILD / "docs").mkdir(exist_ok=True)
-    shutil.copy(DOCS / "openapi.json", BUILD / "docs")
-    npm.installed(here, (SOURCE / "package-lock.json").read_text())
-
-
-def test_the_built_files_are_those_of_the_sources(sources: None) -> None:
+def test_the_built_files_are_those_of_the_sources(viewer_sources: None) -> None:
     """After a change: make viewer."""
     _succeed("npm", "run", "build", "--", "anew")
-    anew = BUILD / "app" / "viewer" / "anew"
+    anew = npm.VIEWER / "anew"
     shipped = {path.name: path.read_bytes() for path in (SOURCE / "built").iterdir()}
     assert {path.name: path.read_bytes() for path in anew.iterdir()} == shipped
 
 
-def test_the_sources_agree_with_the_document(sources: None) -> None:
+def test_the_sources_agree_with_the_document(viewer_sources: None) -> None:
     _succeed("npm", "run", "types")
     _succeed("npm", "run", "check")
 
 
-def test_distances_are_those_of_primfit(sources: None) -> None:
+def test_distances_are_those_of_primfit(viewer_sources: None) -> None:
     points = np.random.default_rng(3).normal(2.0, 3.0, (200, 3))
-    here = BUILD / "app" / "viewer"
-    (here / "asked.json").write_text(json.dumps({"surfaces": SURFACES, "points": points.tolist()}))
-    (here / "asked.mjs").write_text(ASKED)
+    (npm.VIEWER / "asked.json").write_text(json.dumps({"surfaces": SURFACES, "points": points.tolist()}))
+    (npm.VIEWER / "asked.mjs").write_text(ASKED)
     for surface, found in zip(SURFACES, json.loads(_succeed("node", "asked.mjs")), strict=True):
         values = {
             name: np.array(value) if isinstance(value, list) else value for name, value in surface.items()

@@ -307,7 +307,7 @@ def test_other_paths_and_methods_are_problems(service: Any) -> None:
     _problem(service.client.post("/fit/", json=SMALL), 404, "not-found")
     refused = service.client.get("/fit")
     _problem(refused, 405, "method-not-allowed")
-    assert refused.headers["allow"] == "POST"
+    assert refused.headers["allow"] == "OPTIONS, POST"
 
 
 def test_health_and_versions(service: Any) -> None:

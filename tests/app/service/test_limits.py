@@ -228,7 +228,7 @@ def test_more_requests_than_may_wait_are_refused_at_once(strict_service: Any) ->
         _is_problem(busy, 503, "busy")
         assert int(busy.headers["retry-after"]) >= 1
     details = " ".join(request.response.json()["detail"] for request in requests)
-    assert details.count("1 requests are waiting") == 2
+    assert details.count("1 requests with small clouds are waiting") == 2
     assert details.count("no worker was free within 3 s; it was not begun") == 1
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.app import npm
 from tests.app.browser import IN_SOFTWARE, Browser, browser, needs_browser
 from tests.app.serving import ALICE
 from tests.paths import ROOT
@@ -256,6 +257,28 @@ def test_all_that_is_sent_is_small(page: Browser, service: Any) -> None:
         for name in ("viewer.js", "reader.js", "viewer.css")
     )
     assert sum(parts.values()) < MOST_BYTES and packed < MOST_BYTES
+
+
+@npm.needs_node
+@pytest.mark.parametrize("width", [360, 1200])
+@pytest.mark.parametrize("file", [None, "pipe.ply", "plant.csv", "corner.xyz"])
+def test_nothing_keeps_people_out(
+    viewer: Browser, viewer_sources: None, file: str | None, width: int
+) -> None:
+    """By axe-core, in light and dark."""
+    viewer.resize(width)
+    if file is not None:
+        _drop(viewer, (ROOT / "samples" / file).read_bytes(), file)
+        _answered(viewer)
+    viewer.run((npm.VIEWER / "node_modules" / "axe-core" / "axe.min.js").read_text())
+    for scheme in ("light", "dark"):
+        viewer.command(
+            "Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}]
+        )
+        found = viewer.run("return axe.run().then(({ violations }) => violations)")
+        said = [(each["id"], [node["html"] for node in each["nodes"]][:3]) for each in found]
+        assert said == [], scheme
+    viewer.resize(1200)
 
 
 def test_it_may_ask_nobody_else(service: Any) -> None:

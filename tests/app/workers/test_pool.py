@@ -103,22 +103,22 @@ def test_more_than_may_wait_is_refused(tmp_path: Path) -> None:
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="holds a worker up with a named pipe")
 def test_small_clouds_are_taken_however_many_large_ones_wait(tmp_path: Path) -> None:
     """While a worker is free for them, and when none is."""
-    held, also = tmp_path / "held", tmp_path / "also"
-    os.mkfifo(held)
-    os.mkfifo(also)
+    fifos = [tmp_path / name for name in ("large", "larger", "small", "smaller")]
+    for fifo in fifos:
+        os.mkfifo(fifo)
 
     async def use(pool: WorkerPool) -> None:
         await _until(lambda: pool.n_warm == 2)
-        large = [asyncio.create_task(pool.run(held, _wanted, large=True)) for _ in range(2)]
+        large = [asyncio.create_task(pool.run(fifo, _wanted, large=True)) for fifo in fifos[:2]]
         await _until(lambda: pool.n_busy == 1 and pool.n_waiting["large"] == 1)
-        with pytest.raises(BusyError, match="1 large clouds are waiting"):
+        with pytest.raises(BusyError, match="1 requests with large clouds are waiting"):
             pool.check_room(large=True)
-        small = [asyncio.create_task(pool.run(also, _wanted)) for _ in range(2)]
+        small = [asyncio.create_task(pool.run(fifo, _wanted)) for fifo in fifos[2:]]
         await _until(lambda: pool.n_busy == 2 and pool.n_waiting["small"] == 1)
-        with pytest.raises(BusyError, match="1 small clouds are waiting"):
+        with pytest.raises(BusyError, match="1 requests with small clouds are waiting"):
             pool.check_room(large=False)
-        for path in (also, also, held, held):
-            await asyncio.to_thread(path.write_bytes, b"go on")
+        # Whichever is read first.
+        await asyncio.gather(*(asyncio.to_thread(fifo.write_bytes, b"go on") for fifo in fifos))
         assert await asyncio.gather(*large, *small) == [b"go on"] * 4
 
     _with_pool(Path.read_bytes, use, size=2, queue_size=1)

@@ -1,7 +1,7 @@
 /** The answer in words and numbers: the same as the picture, for everyone. */
 
 import type { Answer, Primitive } from "../geometry/kind";
-import { counted, degrees, doubted, plain } from "../numbers";
+import { degrees, doubted, plain } from "../numbers";
 import * as state from "../state";
 
 const HEADINGS: Record<Answer["status"], (kind: string) => string> = {
@@ -107,6 +107,3 @@ function Quality({ told }: { told: Answer }) {
     </table>
   );
 }
-
-export const headline = (told: Answer): string =>
-  `${told.primitive ? HEADINGS[told.status](told.primitive.kind) : "No fit"}, ${counted(told.receipt.n_points, "point")}`;

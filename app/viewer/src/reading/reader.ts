@@ -11,13 +11,13 @@ export interface Parts {
   readonly labels: Labels | null;
 }
 
-const BINARY = ["LASF", "ASTM-E57", "PK", "glTF", "\x1f\x8b", "(\xb5/\xfd", "solid", "{", "[", "# .PCD", "VERSION"];
-/** Names of formats that the service reads by their own rules, as their first bytes. */
+/** First bytes of formats that the service reads by their own rules. */
+const OTHERS = ["LASF", "ASTM-E57", "PK", "glTF", "\x1f\x8b", "(\xb5/\xfd", "solid", "{", "[", "# .PCD", "VERSION"];
 
 async function read(file: Blob): Promise<Parts | null> {
   const bytes = new Uint8Array(await file.arrayBuffer());
   const start = new TextDecoder("latin1").decode(bytes.subarray(0, 16));
-  const cloud = BINARY.some((each) => start.startsWith(each)) ? null : parsed(start, bytes);
+  const cloud = OTHERS.some((each) => start.startsWith(each)) ? null : parsed(start, bytes);
   if (cloud === null || cloud.n === 0) return null;
   return transfer({ xyz: cloud.xyz, labels: cloud.labels }, [cloud.xyz.buffer as ArrayBuffer]);
 }
