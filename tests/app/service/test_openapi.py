@@ -84,7 +84,7 @@ PROBLEMS: dict[str, dict[str, Exception]] = {
     "500": dict.fromkeys(("example", "internal"), Exception()),
     "503": {
         "not_ready": problems.NotReadyError("no worker is warm yet"),
-        "busy": problems.BusyError("64 requests are waiting, the limit of this service"),
+        "busy": problems.BusyError("64 requests with small clouds are waiting, the limit of this service"),
         "worker_died": problems.WorkerDiedError("the worker process ended while it worked on this request"),
         "stopping": problems.StoppingError("the service stopped before the answer was ready; ask again"),
         "jobs_unavailable": problems.JobsUnavailableError(
