@@ -7,10 +7,8 @@ import socket
 import sys
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from functools import partial
 from typing import Any
 
-import uvicorn
 from mcp.server.mcpserver import MCPServer
 from mcp.server.transport_security import TransportSecuritySettings
 from starlette.applications import Starlette
@@ -21,11 +19,9 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from ..readers.errors import TooLargeError
 from ..service.browsers import Addressee
-from ..service.connection import Connection
-from ..service.door import Door
 from ..service.guard import Access, Guard
 from ..service.metrics import Metrics
-from ..service.server import is_loopback, listen
+from ..service.server import WatchedServer, is_loopback, listen
 from ..service.settings import Settings, SettingsError
 from ..wire.problems import ServiceError, respond
 from ..workers import logs
@@ -66,36 +62,9 @@ def serve_http(settings: Settings, places: Places) -> None:
 
 
 async def _serve(settings: Settings, places: Places, listener: socket.socket, local: bool) -> None:
-    door = Door(settings, Metrics())
     async with running(settings, places, uploads=True) as (server, tools):
-        config = uvicorn.Config(
-            application(settings, server, tools, local),
-            http=partial(Connection, door),  # type: ignore[arg-type]
-            ws="none",
-            headers=[("X-Content-Type-Options", "nosniff")],
-            log_config=None,
-            access_log=False,
-            proxy_headers=bool(settings.trusted_proxies),
-            forwarded_allow_ips=list(settings.trusted_proxies),
-            timeout_graceful_shutdown=settings.stop_patience,
-        )
-        await _Server(config, door).serve([listener])
-
-
-class _Server(uvicorn.Server):
-    """The server, which watches its connections."""
-
-    def __init__(self, config: uvicorn.Config, door: Door) -> None:
-        super().__init__(config)
-        self._door = door
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        await super().startup(sockets)
-        self._watch = asyncio.create_task(self._door.watch(self.server_state.connections))
-
-    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        await super().shutdown(sockets)
-        self._watch.cancel()
+        app = application(settings, server, tools, local)
+        await WatchedServer(app, settings, Metrics()).serve([listener])
 
 
 def application(settings: Settings, server: MCPServer[Any], tools: Tools, local: bool) -> ASGIApp:

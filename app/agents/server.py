@@ -7,7 +7,6 @@ import signal
 import sys
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
-from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -17,9 +16,9 @@ from mcp.server.mcpserver import MCPServer
 from ..readers.formats import FORMATS
 from ..service.settings import Settings
 from ..service.spool import Spool
+from ..service.team import worker_pool
 from ..workers import PRELOAD as OF_SERVICE
-from ..workers import jobs, logs
-from ..workers.pool import WorkerPool
+from ..workers import logs
 from .output import unfinished
 from .places import Places
 from .tickets import Tickets
@@ -66,15 +65,7 @@ async def running(
 ) -> AsyncIterator[tuple[MCPServer[Any], Tools]]:
     """The server with its tools, and the processes that work for them; both end with the block."""
     spool = Spool(settings.temporary_directory, settings.max_spooled_bytes, os.getpid())
-    pool = WorkerPool(
-        settings.workers,
-        partial(jobs.warm, settings.log_format, settings.worker_memory),
-        jobs.run,
-        time_limit=settings.fit_time_limit,
-        queue_size=settings.queue_size,
-        preload=PRELOAD,
-        litter=spool.pattern,
-    )
+    pool = worker_pool(settings, spool, PRELOAD)
     tickets = Tickets(spool, settings.max_body_bytes) if uploads else None
     tools = Tools(settings, pool, places.roots, spool, places.output, tickets)
     server: MCPServer[Any] = MCPServer(

@@ -21,7 +21,6 @@ from ..wire.problems import NotReadyError
 from ..wire.schemas import Capabilities, FitAnswer, Live, Ready, Versions
 from ..workers import PRELOAD, jobs
 from ..workers.batch_jobs import OpenJob
-from ..workers.pool import WorkerPool
 from ..workers.request_id import RequestId
 from . import docs_page, job_routes, metrics, openapi, operations, tracing, viewer
 from .batch_stream import Batch, Lines
@@ -37,6 +36,7 @@ from .prefer import wait
 from .routes import RouteNames
 from .settings import Settings, load
 from .spool import Spool
+from .team import worker_pool
 
 _INSTALLED = {name: version_of(name) for name in ("primfit", "numpy", "scipy")}
 requests, router = APIRouter(), APIRouter()
@@ -125,15 +125,7 @@ class Shortcut:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     settings: Settings = app.state.settings
     app.state.spool = Spool(settings.temporary_directory, settings.max_spooled_bytes, os.getpid())
-    app.state.pool = WorkerPool(
-        settings.workers,
-        partial(jobs.warm, settings.log_format, settings.worker_memory),
-        jobs.run,
-        time_limit=settings.fit_time_limit,
-        queue_size=settings.queue_size,
-        preload=PRELOAD,
-        litter=app.state.spool.pattern,
-    )
+    app.state.pool = worker_pool(settings, app.state.spool, PRELOAD)
     app.state.metrics.watch(app.state.pool)
     app.state.pool.start()
     try:

@@ -13,6 +13,7 @@ from functools import partial
 from typing import Any
 
 import uvicorn
+from starlette.types import ASGIApp
 
 from ..wire.problems import JobsUnavailableError
 from ..workers import logs
@@ -22,6 +23,7 @@ from .connection import Connection
 from .door import Door
 from .jobs_kept import check_database
 from .listener import Listener
+from .metrics import Metrics
 from .settings import RENEWABLE, Settings, SettingsError, load
 
 _log = logging.getLogger("primfit")
@@ -63,14 +65,13 @@ def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -
             pass
 
 
-class _Server(uvicorn.Server):
-    """The server, which watches its connections, and says that it is about to stop before it does."""
+class WatchedServer(uvicorn.Server):
+    """A server of an ASGI application that watches its connections."""
 
-    def __init__(self, settings: Settings, local: bool) -> None:
-        self._app, self._delay = create_app(settings, local), settings.stop_delay
-        self._door = Door(settings, self._app.state.metrics)
+    def __init__(self, app: ASGIApp, settings: Settings, metrics: Metrics) -> None:
+        self._door = Door(settings, metrics)
         config = uvicorn.Config(
-            self._app,
+            app,
             http=partial(Connection, self._door),  # type: ignore[arg-type]
             ws="none",
             headers=[("X-Content-Type-Options", "nosniff")],
@@ -86,6 +87,19 @@ class _Server(uvicorn.Server):
         """Listen, and look after the connections from then on."""
         await super().startup(sockets)
         self._watch = asyncio.create_task(self._door.watch(self.server_state.connections))
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Close the listener and let requests under way finish."""
+        await super().shutdown(sockets)
+        self._watch.cancel()
+
+
+class _Server(WatchedServer):
+    """The service, which says that it is about to stop before it does."""
+
+    def __init__(self, settings: Settings, local: bool) -> None:
+        self._app, self._delay = create_app(settings, local), settings.stop_delay
+        super().__init__(self._app, settings, self._app.state.metrics)
 
     def renew(self, flags: Mapping[str, Any]) -> None:
         """Read the settings again, and go by those from now on that can change while the service runs."""
@@ -113,7 +127,6 @@ class _Server(uvicorn.Server):
         self._app.state.stopping = True
         await asyncio.sleep(self._delay)
         await super().shutdown(sockets)
-        self._watch.cancel()
 
 
 def listen(host: str, port: int) -> socket.socket:
