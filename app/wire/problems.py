@@ -374,4 +374,7 @@ def _field(error: FieldError) -> dict[str, str]:
 
 def plain(text: str, length: int) -> str:
     """At most so many printable ASCII characters: names of fields come from outside."""
-    return "".join(letter if " " <= letter <= "~" else "?" for letter in text[:length])
+    text = text[:length]
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(letter if " " <= letter <= "~" else "?" for letter in text)

@@ -13,6 +13,8 @@ Abandoned = Callable[[], Awaitable[bool]]
 
 LOOK = 0.25
 """Seconds between two looks whether somebody waits still: work has to end within a second of a client."""
+_LOOK_IN_LINE = 3 * LOOK
+"""The same until a worker is free: there is nothing to end yet, many may wait, and each look costs."""
 
 _SMOOTHING = 1 / 8
 """Weight of the last job in the mean of its lane, as TCP smooths round trips (Jacobson 1988)."""
@@ -86,11 +88,11 @@ class Line(Generic[W]):
         self._hand_out()
         try:
             while not turn.given.done():
-                left = LOOK if end is None else min(LOOK, end - loop.time())
+                left = _LOOK_IN_LINE if end is None else min(_LOOK_IN_LINE, end - loop.time())
                 if left <= 0:
                     raise TimeoutError
                 await asyncio.wait((turn.given,), timeout=left)
-                if not turn.given.done() and await abandoned():
+                if await abandoned():
                     self._withdraw(turn)
                     return None
         except BaseException:

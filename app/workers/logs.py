@@ -21,6 +21,8 @@ _MOST_MESSAGES = 100
 
 def configure(form: str) -> None:
     """Write to standard error as `text` or `json`: our events, the server's, and warnings of others."""
+    # No line tells them; each request has one, and refusals come thick and fast.
+    logging.logThreads = logging.logProcesses = logging.logMultiprocessing = False
     logging.config.dictConfig(
         {
             "version": 1,

@@ -8,7 +8,7 @@ import asyncio
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from itertools import count, cycle
+from itertools import cycle
 from time import perf_counter
 from types import MappingProxyType
 from typing import NamedTuple
@@ -153,36 +153,6 @@ async def together(port: int, requests: Sequence[bytes], n_clients: int, seconds
     turns = [[*requests[i % len(requests) :], *requests[: i % len(requests)]] for i in range(n_clients)]
     found = await asyncio.gather(*(in_turn(port, turn, seconds) for turn in turns))
     return [answer for answers in found for answer in answers]
-
-
-async def at_rate(
-    port: int, requests: Sequence[bytes], rate: float, n_clients: int, seconds: float
-) -> list[Answer]:
-    """So many requests a second, each from a client that has nothing under way; late only where all have."""
-    idle: asyncio.Queue[Client] = asyncio.Queue()
-    for _ in range(n_clients):
-        idle.put_nowait(Client(port))
-    answers: list[Answer] = []
-    tasks: set[asyncio.Task[None]] = set()
-
-    async def one(client: Client, content: bytes) -> None:
-        answers.append(await client.ask(content))
-        idle.put_nowait(client)
-
-    start = perf_counter()
-    for i in count():
-        await asyncio.sleep(start + i / rate - perf_counter())
-        client = await idle.get()
-        if perf_counter() >= start + seconds:
-            break
-        task = asyncio.create_task(one(client, requests[i % len(requests)]))
-        tasks.add(task)
-        task.add_done_callback(tasks.discard)
-    client.close()
-    await asyncio.gather(*tasks)
-    while not idle.empty():
-        idle.get_nowait().close()
-    return answers
 
 
 async def probed(port: int, path: str, every: float, under_way: asyncio.Future[object]) -> list[Answer]:

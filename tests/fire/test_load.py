@@ -8,10 +8,10 @@ import pytest
 
 from tests.app.processes import needs_proc
 from tests.app.serving import running
+from tests.fire.flood import at_rate
 from tests.fire.load import (
     Answer,
     Client,
-    at_rate,
     in_turn,
     probed,
     quantile,
@@ -62,7 +62,8 @@ async def _overload(figures: Report, port: int) -> None:
     idle = quantile(await in_turn(port, ordinary, scaled(5)), 0.95)
     before = await _capacity(port, ordinary)
     started = perf_counter()
-    load = asyncio.ensure_future(at_rate(port, hurried, TIMES * before, N_CLIENTS, scaled(30)))
+    flood = asyncio.to_thread(at_rate, port, hurried, TIMES * before, N_CLIENTS, scaled(30))
+    load = asyncio.ensure_future(flood)
     alive = await probed(port, "/livez", 0.02, load)
     answers, stopped = await load, perf_counter()
     recovered = await _recovered(port, ordinary, 2 * idle)
