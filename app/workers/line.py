@@ -13,8 +13,6 @@ Abandoned = Callable[[], Awaitable[bool]]
 
 LOOK = 0.25
 """Seconds between two looks whether somebody waits still: work has to end within a second of a client."""
-_LOOK_IN_LINE = 3 * LOOK
-"""The same until a worker is free: there is nothing to end yet, many may wait, and each look costs."""
 
 _SMOOTHING = 1 / 8
 """Weight of the last job in the mean of its lane, as TCP smooths round trips (Jacobson 1988)."""
@@ -26,12 +24,31 @@ class Turn(Generic[W]):
 
     lane: "_Lane[W]"
     heavy: bool
-    given: asyncio.Future[W]
+    worker: W | None = None
     expected: float = 0.0
+    _waiter: asyncio.Future[None] | None = None
 
-    @property
-    def worker(self) -> W:
-        return self.given.result()
+    def give(self, worker: W) -> None:
+        """Let it begin."""
+        self.worker = worker
+        self._wake()
+
+    async def wait(self, seconds: float) -> None:
+        """Wait for a worker, for so long at most: a turn of the event loop after it is given, no more.
+
+        Until then it is idle, and under load each turn of the loop is milliseconds long.
+        """
+        loop = asyncio.get_running_loop()
+        self._waiter = loop.create_future()
+        timer = loop.call_later(seconds, self._wake)
+        try:
+            await self._waiter
+        finally:
+            timer.cancel()
+
+    def _wake(self) -> None:
+        if self._waiter is not None and not self._waiter.done():
+            self._waiter.set_result(None)
 
 
 @dataclass(eq=False)
@@ -81,22 +98,22 @@ class Line(Generic[W]):
         Raises `TimeoutError` at `end`, in the time of the event loop. `done` and `free` have to follow.
         """
         loop, lane = asyncio.get_running_loop(), self._lanes[name]
-        turn = Turn(lane, heavy, loop.create_future())
+        turn: Turn[W] = Turn(lane, heavy)
         if not lane.waiting:
             lane.served = max(lane.served, self._virtual)
         lane.waiting.append(turn)
         self._hand_out()
         try:
-            while not turn.given.done():
-                left = _LOOK_IN_LINE if end is None else min(_LOOK_IN_LINE, end - loop.time())
+            while turn.worker is None:
+                left = LOOK if end is None else min(LOOK, end - loop.time())
                 if left <= 0:
                     raise TimeoutError
-                await asyncio.wait((turn.given,), timeout=left)
-                if await abandoned():
-                    self._withdraw(turn)
+                await turn.wait(left)
+                if turn.worker is None and await abandoned():
+                    self.withdraw(turn)
                     return None
         except BaseException:
-            self._withdraw(turn)
+            self.withdraw(turn)
             raise
         return turn
 
@@ -116,8 +133,9 @@ class Line(Generic[W]):
         self._free.append(worker)
         self._hand_out()
 
-    def _withdraw(self, turn: Turn[W]) -> None:
-        if turn.given.done():
+    def withdraw(self, turn: Turn[W]) -> None:
+        """Take a job out that is not begun, whether it has a worker or not."""
+        if turn.worker is not None:
             self.done(turn, None)
             self.free(turn.worker)
         else:
@@ -132,7 +150,7 @@ class Line(Generic[W]):
             turn.expected = turn.lane.mean
             turn.lane.served += turn.expected
             self._n_heavy += turn.heavy
-            turn.given.set_result(self._free.popleft())
+            turn.give(self._free.popleft())
 
     def _next(self) -> Turn[W] | None:
         """The first of the lane that got the least, out of those that may begin."""

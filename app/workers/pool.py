@@ -86,19 +86,26 @@ class _Worker:
         if self._stopped:
             self.kill()
 
-    async def call(self, job: Any, end: float) -> Any:
+    def hand_over(self, job: Any) -> bool:
+        """Send it a job; false where it cannot be reached."""
+        if self._pipe is None or self._pipe.closed:
+            return False
+        self._pipe.send(job)
+        return True
+
+    async def call(self, job: Any, end: float, handed_over: bool) -> Any:
         """Have a job done until `end`, in the time of the event loop; if that fails, the process is gone."""
         try:
-            return await self._done(job, end)
+            return await self._done(job, end, handed_over)
         except _NotTakenError:
             # It ended while it was idle: the job is not to blame, and goes to a new process.
-            return await self._done(job, end)
+            return await self._done(job, end, False)
 
-    async def _done(self, job: Any, end: float) -> Any:
-        if not self.reachable:
+    async def _done(self, job: Any, end: float, handed_over: bool) -> Any:
+        if not handed_over and not self.hand_over(job):
             await self.start()
+            self.hand_over(job)
         assert self._pipe is not None
-        self._pipe.send(job)
         return await self._receive(self._pipe, end)
 
     async def _receive(self, pipe: Pipe, end: float) -> Any:
@@ -292,7 +299,15 @@ class WorkerPool:
         self, turn: Turn[_Worker], job: Any, end: float, patience: float, abandoned: Abandoned
     ) -> Any:
         """Have the worker do it, and end the work a moment after nobody waits for it any more."""
-        call = self._spawn(self._call(turn, job, end))
+        worker = turn.worker
+        assert worker is not None
+        try:
+            # The process is idle until then, and a task begins a turn of the event loop later.
+            handed_over = worker.hand_over(job)
+        except BaseException:
+            self._line.withdraw(turn)
+            raise
+        call = self._spawn(self._call(turn, worker, job, end, handed_over))
         try:
             while not call.done():
                 await asyncio.wait((call,), timeout=LOOK)
@@ -311,12 +326,14 @@ class WorkerPool:
         call.add_done_callback(_look_at)
         asyncio.get_running_loop().call_later(_GRACE, call.cancel)
 
-    async def _call(self, turn: Turn[_Worker], job: Any, end: float) -> Any:
-        worker, loop = turn.worker, asyncio.get_running_loop()
+    async def _call(
+        self, turn: Turn[_Worker], worker: _Worker, job: Any, end: float, handed_over: bool
+    ) -> Any:
+        loop = asyncio.get_running_loop()
         began, finished = loop.time(), False
         self.n_busy += 1
         try:
-            result = await worker.call(job, end)
+            result = await worker.call(job, end, handed_over)
             finished = True
             return result
         finally:
