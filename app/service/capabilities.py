@@ -29,6 +29,7 @@ def capabilities(settings: Settings, versions: Versions) -> Capabilities:
         content_encodings=list(CODINGS),
         options=_options(),
         limits=ServiceLimits(**{name: getattr(settings, name) for name in ServiceLimits.model_fields}),
+        jobs=settings.jobs_path is not None,
         extras=_extras(),
         versions=versions,
     )

@@ -373,6 +373,7 @@ class Capabilities(BaseModel):
     content_encodings: list[str] = Field(description="of request bodies")
     options: list[OptionRange]
     limits: ServiceLimits
+    jobs: bool = Field(description="whether `POST /jobs` keeps work that takes long")
     extras: dict[str, bool] = Field(description="optional parts, and whether they are installed")
     versions: Versions
 

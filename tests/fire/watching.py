@@ -26,7 +26,7 @@ class Watch:
 
     def pss(self) -> int:
         """Bytes: the memory of all, where pages that several share count once."""
-        return sum(_kib(pid, "smaps_rollup", "Pss:") for pid in self.processes()) * 1024
+        return sum(map(pss, self.processes()))
 
     def descriptors(self) -> int:
         n_open = 0
@@ -34,6 +34,11 @@ class Watch:
             with suppress(OSError):
                 n_open += len(os.listdir(f"/proc/{pid}/fd"))
         return n_open
+
+
+def pss(pid: int) -> int:
+    """Bytes that a process holds now; pages that several share count in part."""
+    return _kib(pid, "smaps_rollup", "Pss:") * 1024
 
 
 def cpu_seconds(pid: int) -> float:

@@ -105,6 +105,7 @@ function Tools() {
       </button>
       {pick("measure", "Measure")}
       {pick("lasso", "Lasso")}
+      {pick("box", "Box")}
       {chosen.value && (
         <button type="button" class="main" onClick={() => void fitChosen()}>
           Fit the selection

@@ -11,21 +11,23 @@ import {
   Refused,
   artifact,
   capabilities,
+  dismiss,
   fit,
   fitEach,
+  jobOf,
+  jobs,
+  resultsOf,
+  submit,
   type Capabilities,
   type Fit,
+  type Job,
   type Line,
   type Options,
   type Problem,
+  type Source,
 } from "./service/service";
 
 export type Phase = "empty" | "reading" | "fitting" | "answered" | "refused" | "offline";
-
-export interface Source {
-  readonly name: string;
-  readonly file: Blob;
-}
 
 export const phase = signal<Phase>("empty");
 export const source = signal<Source | null>(null);
@@ -35,6 +37,9 @@ export const outcome = signal<Fit | null>(null);
 /** Where a scan has labels: what came of each of its segments so far, and the one that is looked at. */
 export const segments = signal<readonly Line[] | null>(null);
 export const segment = signal<number | null>(null);
+/** The job whose segments are shown, and all that the service keeps for this user. */
+export const job = signal<Job | null>(null);
+export const kept = signal<readonly Job[]>([]);
 export const problem = signal<Problem | null>(null);
 export const abilities = signal<Capabilities | null>(null);
 export const options = signal<Partial<Options>>(ofLink());
@@ -100,63 +105,137 @@ export const limit = computed<number>(() => {
 
 const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
 
+/** Milliseconds between two looks at a job. */
+const LOOK = 1000;
 const reader = wrap<Reader>(new Worker("viewer/reader.js", { type: "module" }));
 let underWay: AbortController | null = null;
 
 /** Read a file, show its points, and have it fitted. */
 export async function open(name: string, file: Blob): Promise<void> {
-  underWay?.abort();
-  source.value = { name, file };
-  outcome.value = preview.value = problem.value = step.value = chosenLimit.value = null;
-  segments.value = segment.value = null;
-  coloring.value = "residual";
+  if (job.value && !source.value) return join({ name, file });
+  forget();
+  const started = (source.value = { name, file });
   phase.value = "reading";
-  const started = source.value;
-  const parts = await reader.read(file).catch(() => null);
-  if (source.value !== started) return;
+  if (await read(started)) await refit();
+}
+
+/** Begin anew, with nothing. */
+function forget(): void {
+  underWay?.abort();
+  source.value = outcome.value = preview.value = problem.value = step.value = chosenLimit.value = null;
+  segments.value = segment.value = job.value = null;
+  coloring.value = "residual";
+}
+
+/** Show the points of a file, where the page reads its format; false if another one was opened meanwhile. */
+async function read(given: Source): Promise<boolean> {
+  const parts = await reader.read(given.file).catch(() => null);
+  if (source.value !== given) return false;
   if (parts) preview.value = new Cloud(parts.xyz, parts.labels);
-  await refit();
+  return true;
+}
+
+/** Show the points of a job, whose segments are there already. */
+async function join(given: Source): Promise<void> {
+  source.value = given;
+  await read(given);
 }
 
 /** Fit the same file with the options as they are now. */
 export async function refit(): Promise<void> {
   const given = source.value;
-  if (!given) return;
+  if (given) await work((signal) => (isScan.value ? fitSegments : fitWhole)(given, signal));
+}
+
+/** Do something that may be canceled, and say what came of it. */
+async function work(task: (signal: AbortSignal) => Promise<void>): Promise<void> {
   underWay?.abort();
   const mine = (underWay = new AbortController());
   phase.value = "fitting";
-  problem.value = step.value = null;
+  problem.value = step.value = job.value = null;
   try {
-    await (isScan.value ? fitSegments : fitWhole)(given, mine.signal);
-    phase.value = "answered";
+    await task(mine.signal);
+    if (!mine.signal.aborted) phase.value = "answered";
   } catch (error) {
     if (mine.signal.aborted) return;
     outcome.value = null;
-    problem.value = error instanceof Refused ? error.problem : null;
-    phase.value = error instanceof Refused ? "refused" : "offline";
+    refuse(error);
   } finally {
     if (underWay === mine) underWay = null;
   }
 }
 
-async function fitWhole({ name, file }: Source, signal: AbortSignal): Promise<void> {
-  const told = await fit(file, name, options.value as Options, signal);
+function refuse(error: unknown): void {
+  problem.value = error instanceof Refused ? error.problem : null;
+  phase.value = error instanceof Refused ? "refused" : "offline";
+}
+
+async function fitWhole(given: Source, signal: AbortSignal): Promise<void> {
+  const told = await fit(given, preview.value, options.value as Options, signal);
   outcome.value = told;
   said.value = told.answer.message;
 }
 
-async function fitSegments({ name, file }: Source, signal: AbortSignal): Promise<void> {
+async function fitSegments(given: Source, signal: AbortSignal): Promise<void> {
   segments.value = [];
   segment.value = null;
   coloring.value = "kind";
-  await fitEach(file, name, options.value as Options, signal, (line) => {
+  await fitEach(given, options.value as Options, signal, (line) => {
     segments.value = [...segments.value!, line];
   });
   said.value = `${segments.value.length} segments are fitted.`;
 }
 
+/** Have the segments fitted as a job, which goes on without the page. */
+export async function keep(): Promise<void> {
+  const given = source.value;
+  if (!given) return;
+  await work(async (signal) => {
+    segments.value = [];
+    segment.value = null;
+    coloring.value = "kind";
+    await follow(await submit(given, options.value as Options), signal);
+  });
+}
+
+/** Show what a job has found so far, and what it finds from now on. */
+export async function show(chosen: Job): Promise<void> {
+  forget();
+  segments.value = [];
+  coloring.value = "kind";
+  await work((signal) => follow(chosen, signal));
+}
+
+async function follow(chosen: Job, signal: AbortSignal): Promise<void> {
+  job.value = chosen;
+  for (let [rows, more] = [0, true]; more; ) {
+    const page = await resultsOf(chosen.jobID, rows, signal);
+    rows += page.rows;
+    more = page.more;
+    segments.value = [...(segments.value ?? []), ...page.lines];
+    job.value = await jobOf(chosen.jobID, signal);
+    if (more && !page.rows) await new Promise((done) => setTimeout(done, LOOK));
+  }
+  said.value = `The job is ${job.value.status}; ${segments.value!.length} segments are fitted.`;
+}
+
+/** Cancel or remove a job. */
+export async function drop(which: Job): Promise<void> {
+  try {
+    await dismiss(which.jobID);
+    await recall();
+  } catch (error) {
+    refuse(error);
+  }
+}
+
+async function recall(): Promise<void> {
+  kept.value = abilities.value?.jobs ? await jobs() : [];
+}
+
 /** Give up the fit that is under way; what was shown stays. */
 export function cancel(): void {
+  if (job.value) void drop(job.value);
   underWay?.abort();
   phase.value = outcome.value || segments.value?.length ? "answered" : "empty";
 }
@@ -165,7 +244,7 @@ export async function download(which: string): Promise<void> {
   const given = source.value;
   if (!given) return;
   try {
-    const [name, content] = await artifact(given.file, given.name, options.value as Options, which);
+    const [name, content] = await artifact(given, options.value as Options, which);
     const link = document.createElement("a");
     link.href = URL.createObjectURL(content);
     link.download = `${given.name.replace(/\.[^.]*$/, "")}-${name}`;
@@ -180,9 +259,9 @@ export async function download(which: string): Promise<void> {
 export async function learn(): Promise<void> {
   try {
     abilities.value = await capabilities();
+    await recall();
   } catch (error) {
-    if (error instanceof Refused) problem.value = error.problem;
-    phase.value = error instanceof Refused ? "refused" : "offline";
+    refuse(error);
   }
 }
 

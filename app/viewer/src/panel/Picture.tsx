@@ -1,4 +1,4 @@
-/** The picture with what lies over it: lengths, the picked point, the lasso, the legend. */
+/** The picture with what lies over it: lengths, the picked point, the outline, the legend. */
 
 import { effect, signal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
@@ -7,8 +7,9 @@ import type { Vector } from "../geometry/vector";
 import { plain } from "../numbers";
 import { KINDS, LABELS } from "../scene/colors";
 import { View } from "../scene/scene";
+import type { Source } from "../service/service";
 import * as state from "../state";
-import { chosen, lasso, measured, picked, tool, within } from "../tools";
+import { boxed, byArrow, chosen, measured, outline, picked, showBox, tool, within } from "../tools";
 import { Legend } from "./Legend";
 
 export const withSurface = signal(true);
@@ -17,7 +18,7 @@ export const view = signal<View | null>(null);
 
 const TURN = 0.12;
 /** The file whose points were last seen whole. */
-let seen: state.Source | null = null;
+let seen: Source | null = null;
 
 export function Picture() {
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -35,7 +36,7 @@ export function Picture() {
       effect(() => made.look(look())),
       effect(() => made.show(surface())),
       effect(() => made.measures(lines().map(({ ends }) => ends))),
-      effect(() => void (made.turns = tool.value !== "lasso")),
+      effect(() => void (made.turns = !draws())),
     ];
     return () => stops.forEach((stop) => stop());
   }, []);
@@ -63,11 +64,12 @@ export function Picture() {
           </span>
         ))}
       </div>
-      {lasso.value && (
-        <svg class="lasso" aria-hidden="true">
-          <polygon points={lasso.value.map((each) => each.join(",")).join(" ")} />
+      {outline.value && (
+        <svg class="outline" aria-hidden="true">
+          <polygon points={outline.value.map((each) => each.join(",")).join(" ")} />
         </svg>
       )}
+      <div class="aim" aria-hidden="true" />
       <Legend />
     </div>
   );
@@ -132,12 +134,29 @@ function described(): string {
   const [points, told] = [state.cloud.value, state.answer.value];
   if (!points) return "No points yet";
   const what = told?.primitive ? `, with a ${told.primitive.kind}` : "";
-  return `${points.n} points${what}. Arrow keys turn the view, plus and minus come closer and go away.`;
+  return `${points.n} points${what}. ${KEYS[tool.value]}`;
 }
+
+const TURNING = "Arrow keys turn the view, with Shift they move it; plus and minus come closer and go away.";
+const BOX = "Arrow keys move the box, with Shift they stretch it; Enter selects what is in it.";
+const KEYS = {
+  look: `${TURNING} Enter picks the point in the middle.`,
+  measure: `${TURNING} Enter takes the point in the middle for an end.`,
+  lasso: `${BOX} Escape ends it.`,
+  box: `${BOX} Escape ends it.`,
+};
+
+/** Whether the hand draws around points. */
+const draws = (): boolean => tool.value === "lasso" || tool.value === "box";
 
 function byKeys(event: KeyboardEvent): void {
   const made = view.value;
   if (!made || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (draws() ? drawn(event, made) : turned(event, made)) event.preventDefault();
+}
+
+function turned(event: KeyboardEvent, made: View): boolean {
+  const { clientWidth, clientHeight } = event.currentTarget as HTMLCanvasElement;
   const moves: Record<string, () => void> = {
     ArrowLeft: () => (event.shiftKey ? made.pan(-0.1, 0) : made.turn(-TURN, 0)),
     ArrowRight: () => (event.shiftKey ? made.pan(0.1, 0) : made.turn(TURN, 0)),
@@ -147,11 +166,33 @@ function byKeys(event: KeyboardEvent): void {
     "=": () => made.dolly(0.8),
     "-": () => made.dolly(1.25),
     Home: () => made.home(),
+    Enter: () => take(made, [clientWidth / 2, clientHeight / 2]),
   };
-  const act = moves[event.key];
-  if (!act) return;
-  event.preventDefault();
-  act();
+  moves[event.key]?.();
+  return event.key in moves;
+}
+
+/** By the keyboard both tools have a box. */
+function drawn(event: KeyboardEvent, made: View): boolean {
+  const { clientWidth, clientHeight } = event.currentTarget as HTMLCanvasElement;
+  if (event.key === "Escape") {
+    outline.value = null;
+    tool.value = "look";
+  } else if (event.key === "Enter") {
+    if (outline.value) enclose(made);
+    else showBox(clientWidth, clientHeight);
+  } else {
+    if (event.key.startsWith("Arrow") && !outline.value) showBox(clientWidth, clientHeight);
+    return byArrow(event.key, event.shiftKey, clientWidth, clientHeight);
+  }
+  return true;
+}
+
+/** Select what lies within the outline. */
+function enclose(made: View): void {
+  const points = state.cloud.value;
+  if (points && outline.value) within(made.seenAll(points), outline.value);
+  outline.value = null;
 }
 
 let pressed: [number, number] | null = null;
@@ -160,28 +201,29 @@ const place = (event: PointerEvent): [number, number] => [event.offsetX, event.o
 
 function start(event: PointerEvent): void {
   pressed = place(event);
-  if (tool.value === "lasso") {
-    (event.target as Element).setPointerCapture(event.pointerId);
-    lasso.value = [pressed];
-  }
+  if (!draws()) return;
+  (event.target as Element).setPointerCapture(event.pointerId);
+  outline.value = [pressed];
 }
 
 function move(event: PointerEvent): void {
-  if (lasso.value && pressed) lasso.value = [...lasso.value, place(event)];
+  if (!outline.value || !pressed) return;
+  outline.value = tool.value === "box" ? boxed(pressed, place(event)) : [...outline.value, place(event)];
 }
 
 function end(event: PointerEvent): void {
-  const [made, points] = [view.value, state.cloud.value];
-  const [from, to] = [pressed, place(event)];
+  const [made, from, to] = [view.value, pressed, place(event)];
   pressed = null;
-  if (!made || !points || !from) return;
-  if (lasso.value) {
-    within(made.seenAll(points), lasso.value);
-    lasso.value = null;
-  } else if (Math.hypot(to[0] - from[0], to[1] - from[1]) < 4) {
-    picked.value = made.pick(...to);
-    if (tool.value === "measure" && picked.value !== null) measure(picked.value);
-  }
+  if (!made || !from) return;
+  if (outline.value) enclose(made);
+  else if (Math.hypot(to[0] - from[0], to[1] - from[1]) < 4) take(made, to);
+}
+
+/** Pick the point that is seen at a place, for one end of a length if one is measured. */
+function take(made: View, at: readonly [number, number]): void {
+  picked.value = made.pick(...at);
+  if (picked.value === null) state.said.value = "No point is there.";
+  else if (tool.value === "measure") measure(picked.value);
 }
 
 function measure(point: number): void {

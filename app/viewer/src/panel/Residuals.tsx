@@ -1,6 +1,6 @@
 /** The residuals as a histogram, and on the surface rolled out. */
 
-import { useSignalEffect } from "@preact/signals";
+import { useComputed, useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { unrolledOf } from "../geometry/kinds";
 import { plain } from "../numbers";
@@ -77,18 +77,30 @@ function Histogram({ values, limit }: { values: Float64Array; limit: number }) {
   );
 }
 
+const [WIDTH, HEIGHT, RIM] = [640, 360, 6];
+
+/** The map, and where the points lie on it, in pixels (2 N). */
+interface Chart {
+  readonly image: ImageData;
+  readonly places: Float64Array;
+}
+
 /** Points on the unrolled surface; one that is clicked is picked in the picture, too. */
 function Unrolled() {
   const canvas = useRef<HTMLCanvasElement>(null);
-  const places = useRef<Float64Array>(new Float64Array());
-  const [at, points] = [state.shown.value, state.cloud.value];
+  const chart = useComputed(charted);
   useSignalEffect(() => {
-    const [shown, cloud, values] = [state.shown.value, state.cloud.value, state.residuals.value];
-    const surface = shown && unrolledOf(shown.primitive, shown.extents);
-    if (canvas.current && surface && cloud && values) {
-      places.current = draw(canvas.current, cloud.n, (i) => surface.at(...coordinates(cloud.xyz, i)), values);
-    }
+    const context = canvas.current?.getContext("2d");
+    if (!context || !chart.value) return;
+    const { image, places } = chart.value;
+    context.putImageData(image, 0, 0);
+    const chosen = picked.value;
+    if (chosen === null) return;
+    context.strokeStyle = "#ffffff";
+    context.lineWidth = 2;
+    context.strokeRect(places[2 * chosen] - 6, places[2 * chosen + 1] - 6, 12, 12);
   });
+  const [at, points] = [state.shown.value, state.cloud.value];
   if (!at || !points) return null;
   const [across, up] = unrolledOf(at.primitive, at.extents)!.names;
   return (
@@ -96,11 +108,11 @@ function Unrolled() {
       <canvas
         ref={canvas}
         class="map"
-        width={640}
-        height={360}
+        width={WIDTH}
+        height={HEIGHT}
         role="img"
         aria-label={`The ${at.primitive.kind} rolled out, its points colored by residual.`}
-        onClick={(event) => (picked.value = closest(places.current, event))}
+        onClick={(event) => chart.value && (picked.value = closest(chart.value.places, event))}
       />
       <figcaption>
         {across} →, {up} ↑
@@ -109,21 +121,23 @@ function Unrolled() {
   );
 }
 
+function charted(): Chart | null {
+  const [shown, cloud, values] = [state.shown.value, state.cloud.value, state.residuals.value];
+  const surface = shown && unrolledOf(shown.primitive, shown.extents);
+  if (!surface || !cloud || !values) return null;
+  const places = placed(cloud.n, (i) => surface.at(...coordinates(cloud.xyz, i)), values);
+  return { places, image: painted(places, values) };
+}
+
 const coordinates = (xyz: Float64Array, i: number): [number, number, number] => [
   xyz[3 * i],
   xyz[3 * i + 1],
   xyz[3 * i + 2],
 ];
 
-/** Draws the points; returns where they lie, in pixels (2 N). */
-function draw(
-  canvas: HTMLCanvasElement,
-  n: number,
-  at: (i: number) => readonly [number, number],
-  values: Float64Array,
-): Float64Array {
-  const { width, height } = canvas;
-  const places = new Float64Array(2 * n);
+/** Where the points lie on the map that holds them all; NaN for those without a residual. */
+function placed(n: number, at: (i: number) => readonly [number, number], values: Float64Array): Float64Array {
+  const places = new Float64Array(2 * n).fill(NaN);
   const [low, high] = [[Infinity, Infinity], [-Infinity, -Infinity]];
   for (let i = 0; i < n; i++) {
     if (values[i] !== values[i]) continue;
@@ -134,27 +148,39 @@ function draw(
       high[k] = Math.max(high[k], place[k]);
     }
   }
-  const scale = [0, 1].map((k) => ([width, height][k] - 12) / (high[k] - low[k] || 1));
-  const context = canvas.getContext("2d")!;
-  context.clearRect(0, 0, width, height);
-  const [limit, inlying] = [state.limit.value || 1, state.inliers.value];
+  const [across, up] = [0, 1].map((k) => ([WIDTH, HEIGHT][k] - 2 * RIM) / (high[k] - low[k] || 1));
   for (let i = 0; i < n; i++) {
-    if (values[i] !== values[i]) continue;
-    const x = (places[2 * i] = 6 + (places[2 * i] - low[0]) * scale[0]);
-    const y = (places[2 * i + 1] = height - 6 - (places[2 * i + 1] - low[1]) * scale[1]);
-    context.fillStyle = context.strokeStyle = css(ramped(values[i] / limit));
-    if (inlying && !inlying[i]) context.strokeRect(x - 2, y - 2, 4, 4);
-    else context.fillRect(x - 1.5, y - 1.5, 3, 3);
-  }
-  const chosen = picked.value;
-  if (chosen !== null) {
-    context.strokeStyle = "#ffffff";
-    context.lineWidth = 2;
-    context.strokeRect(places[2 * chosen] - 6, places[2 * chosen + 1] - 6, 12, 12);
-    context.lineWidth = 1;
+    places[2 * i] = RIM + (places[2 * i] - low[0]) * across;
+    places[2 * i + 1] = HEIGHT - RIM - (places[2 * i + 1] - low[1]) * up;
   }
   return places;
 }
+
+/** Points as squares, those that were left out as larger ones that are empty. */
+function painted(places: Float64Array, values: Float64Array): ImageData {
+  const image = new ImageData(WIDTH, HEIGHT);
+  const pixels = new Uint32Array(image.data.buffer);
+  const [limit, inlying] = [state.limit.value || 1, state.inliers.value];
+  for (let i = 0; i < values.length; i++) {
+    if (values[i] !== values[i]) continue;
+    const [x, y] = [Math.round(places[2 * i]), Math.round(places[2 * i + 1])];
+    const color = SHADES[Math.round(127.5 * (Math.max(-1, Math.min(1, values[i] / limit)) + 1))];
+    const size = inlying && !inlying[i] ? 2 : 1;
+    for (let up = -size; up <= size; up++) {
+      for (let across = -size; across <= size; across++) {
+        if (size === 1 || Math.max(Math.abs(across), Math.abs(up)) === size) pixels[(y + up) * WIDTH + x + across] = color;
+      }
+    }
+  }
+  return image;
+}
+
+/** The colors between -1 and 1 as pixels: bytes red, green, blue, alpha. */
+const SHADES = new Uint32Array(
+  Uint8Array.from(
+    Array.from({ length: 256 }, (_, i) => [...ramped(i / 127.5 - 1), 1].map((part) => Math.round(255 * part))).flat(),
+  ).buffer,
+);
 
 function closest(places: Float64Array, event: MouseEvent): number | null {
   const canvas = event.currentTarget as HTMLCanvasElement;

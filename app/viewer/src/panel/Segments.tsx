@@ -13,6 +13,7 @@ export function Segments() {
     <section aria-labelledby="segments">
       <h2 id="segments">Segments</h2>
       <p>{summed(lines)}</p>
+      {!state.cloud.value && <p>Open the file of this scan to see its points.</p>}
       <div class="scroll">
         <ul class="segments">
           {lines.map((line, i) => (
@@ -26,7 +27,7 @@ export function Segments() {
           ))}
         </ul>
       </div>
-      {state.segment.value !== null && (
+      {state.members.value && (
         <button type="button" onClick={() => void alone()}>
           Open this segment alone
         </button>

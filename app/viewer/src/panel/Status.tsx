@@ -1,7 +1,7 @@
 /** Where it stands: what to do first, what is under way, what went wrong. */
 
 import { counted } from "../numbers";
-import { key } from "../service/service";
+import { key, type Job } from "../service/service";
 import * as state from "../state";
 
 export function Status() {
@@ -16,7 +16,8 @@ export function Status() {
           Fitting {underWay()}…{" "}
           <button type="button" onClick={state.cancel}>
             Cancel
-          </button>
+          </button>{" "}
+          <Keep />
         </p>
       );
     case "offline":
@@ -36,7 +37,20 @@ export function Status() {
   }
 }
 
+/** Of a scan: so that it goes on when the page is closed. */
+function Keep() {
+  if (state.job.value) return <>It goes on if you close this page.</>;
+  if (!state.isScan.value || !state.abilities.value?.jobs) return null;
+  return (
+    <button type="button" onClick={() => void state.keep()}>
+      Go on as a job
+    </button>
+  );
+}
+
 function underWay(): string {
+  const kept = state.job.value;
+  if (kept && !state.isScan.value) return `${counted(state.segments.value?.length ?? 0, "segment")} so far`;
   const points = state.preview.value;
   if (!points) return state.source.value?.name ?? "";
   if (!state.isScan.value) return counted(points.n, "point");
@@ -51,7 +65,35 @@ function Empty() {
         Open a file with the points of one surface, drop it anywhere, or paste rows of coordinates. CSV, PLY, LAS, E57,
         STL and others are read.
       </p>
+      {state.kept.value.length > 0 && (
+        <>
+          <h3>Jobs</h3>
+          <ul class="jobs">
+            {state.kept.value.map((each) => (
+              <Kept key={each.jobID} job={each} />
+            ))}
+          </ul>
+        </>
+      )}
     </section>
+  );
+}
+
+function Kept({ job }: { job: Job }) {
+  const ended = job.finished !== undefined && job.finished !== null;
+  const when = new Date(job.created).toLocaleString();
+  return (
+    <li>
+      <span>
+        {when}: {ended ? job.status : `${job.status}, ${job.progress} %`}
+      </span>{" "}
+      <button type="button" aria-label={`Show the job of ${when}`} onClick={() => void state.show(job)}>
+        Show
+      </button>{" "}
+      <button type="button" aria-label={`${ended ? "Remove" : "Cancel"} the job of ${when}`} onClick={() => void state.drop(job)}>
+        {ended ? "Remove" : "Cancel"}
+      </button>
+    </li>
   );
 }
 

@@ -66,7 +66,9 @@ export function columnOf(bytes: Uint8Array, { n, format, properties, start }: Ve
   const stride = offsets.at(-1)!;
   const get = GETS[properties[column].type];
   const first = start + offsets[column];
-  return Float64Array.from({ length: n }, (_, i) => get(view, first + i * stride, little));
+  const values = new Float64Array(n);
+  for (let i = 0; i < n; i++) values[i] = get(view, first + i * stride, little);
+  return values;
 }
 
 export function readPly(bytes: Uint8Array): Cloud | null {

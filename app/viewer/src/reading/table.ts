@@ -55,7 +55,7 @@ export class Labelling {
   }
 }
 
-/** A cloud of the rows whose coordinates are numbers. */
+/** A cloud of the rows whose coordinates are numbers; the others are taken out of the array that is given. */
 export function cloudOf(xyz: Float64Array, labels: Labels | null): Cloud {
   let n = 0;
   const of = labels?.of.slice();
@@ -68,5 +68,5 @@ export function cloudOf(xyz: Float64Array, labels: Labels | null): Cloud {
     if (of) of[n] = of[i];
     n++;
   }
-  return new Cloud(xyz.slice(0, 3 * n), of ? { of: of.slice(0, n), names: labels!.names } : null);
+  return new Cloud(xyz.subarray(0, 3 * n), of ? { of: of.slice(0, n), names: labels!.names } : null);
 }

@@ -132,9 +132,13 @@ export class PointSet {
     uniforms.hasChosen.value = Number(chosen !== null);
   }
 
+  get n(): number {
+    return this.cloud.n;
+  }
+
   /** Draw only so many of the points, a sample of them all. */
-  thin(share: number): void {
-    this.object.geometry.setDrawRange(0, Math.ceil(this.cloud.n * share));
+  range(from: number, n: number): void {
+    this.object.geometry.setDrawRange(from, n);
   }
 
   size(pixels: number): void {

@@ -29,6 +29,7 @@ import type { Flat, Patch } from "../geometry/kind";
 import type { Vector } from "../geometry/vector";
 import { framed, linesOf, meshOf, type Framed } from "./mesh";
 import { PointSet, type Look } from "./points";
+import { Still } from "./still";
 
 CameraControls.install({
   THREE: { Vector2, Vector3, Vector4, Quaternion, Matrix4, Spherical, Box3, Sphere, Raycaster },
@@ -36,6 +37,9 @@ CameraControls.install({
 
 /** While the view moves, a frame may take this long [ms]: else fewer of the points are drawn. */
 const FRAME = 60;
+/** Points in one frame, until it is known how long they take: about so many a processor draws in that time. */
+const AT_ONCE = 50_000;
+const FEWEST = 5_000;
 const FIT_TO_VIEW = 1.05;
 
 export class View {
@@ -47,10 +51,16 @@ export class View {
   private surface: (Mesh | LineSegments)[] = [];
   private lines: Line[] = [];
   private place: Framed = (point) => point;
-  private share = 1;
+  private readonly still = new Still();
+  private atOnce = AT_ONCE;
   private moving = false;
-  private stale = true;
+  /** What is not in the picture yet: the points as they are now, or only what is drawn into them. */
+  private stale: "points" | "drawing" | null = "points";
+  /** Whether the picture shows a sample of the points, and all are on their way. */
+  private sampled = false;
   private last = 0;
+  /** Whether the next frame is the first of its cloud: it is marked for who measures the page. */
+  private fresh = false;
   /** Called after each frame, for what is drawn over the picture. */
   onFrame: () => void = () => {};
 
@@ -64,6 +74,7 @@ export class View {
     this.controls.draggingSmoothTime = 0;
     this.controls.minDistance = 0.05;
     this.controls.maxDistance = 30;
+    this.scene.add(this.still.object);
     for (const event of ["controlstart", "wake"] as const) this.controls.addEventListener(event, () => this.moves(true));
     for (const event of ["controlend", "sleep"] as const) this.controls.addEventListener(event, () => this.moves(false));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
@@ -78,11 +89,12 @@ export class View {
       this.points.dispose();
     }
     this.points = null;
-    this.share = 1;
+    this.atOnce = AT_ONCE;
     if (cloud && cloud.n > 0) {
       this.points = new PointSet(cloud);
       this.place = framed(cloud);
       this.scene.add(this.points.object);
+      this.fresh = true;
       this.points.size(cloud.n > 100_000 ? 2 : cloud.n > 5_000 ? 3 : 5);
     }
     this.touch();
@@ -116,7 +128,7 @@ export class View {
       ];
       this.surface.forEach((each) => this.scene.add(each));
     }
-    this.touch();
+    this.touch("drawing");
   }
 
   /** Straight lines between pairs of points of the file. */
@@ -133,7 +145,7 @@ export class View {
       this.scene.add(line);
       return line;
     });
-    this.touch();
+    this.touch("drawing");
   }
 
   /** Where a point of the file is seen, in CSS pixels from the top left of the picture. */
@@ -168,22 +180,19 @@ export class View {
     if (!this.points) return null;
     const { clientWidth, clientHeight } = this.canvas;
     const target = new WebGLRenderTarget(1, 1);
-    const hidden = [...this.surface, ...this.lines];
-    hidden.forEach((each) => (each.visible = false));
+    this.points.range(0, this.points.n);
     this.points.picking(true);
     this.camera.setViewOffset(clientWidth, clientHeight, x, y, 1, 1);
     this.renderer.setRenderTarget(target);
     this.renderer.setClearColor(0, 0);
-    this.renderer.render(this.scene, this.camera);
+    this.renderer.render(this.points.object, this.camera);
     const pixel = new Uint8Array(4);
     this.renderer.readRenderTargetPixels(target, 0, 0, 1, 1, pixel);
     this.renderer.setRenderTarget(null);
     this.renderer.setClearColor(0x23282e, 1);
     this.camera.clearViewOffset();
     this.points.picking(false);
-    hidden.forEach((each) => (each.visible = true));
     target.dispose();
-    this.touch();
     return this.points.point(pixel[0] + 256 * (pixel[1] + 256 * (pixel[2] + 256 * pixel[3])));
   }
 
@@ -207,18 +216,17 @@ export class View {
     void this.controls.truck(x, y, this.controls.smoothTime > 0);
   }
 
-  /** Whether dragging turns the picture; it does not while it draws a lasso. */
+  /** Whether dragging turns the picture; it does not while it draws around points. */
   set turns(on: boolean) {
     this.controls.enabled = on;
   }
 
   private moves(on: boolean): void {
     this.moving = on;
-    this.touch();
   }
 
-  private touch(): void {
-    this.stale = true;
+  private touch(what: "points" | "drawing" = "points"): void {
+    if (this.stale !== "points") this.stale = what;
   }
 
   private resize(): void {
@@ -226,6 +234,7 @@ export class View {
     if (!clientWidth || !clientHeight) return;
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     this.renderer.setSize(clientWidth, clientHeight, false);
+    this.still.resize(this.canvas.width, this.canvas.height);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
     this.touch();
@@ -233,20 +242,41 @@ export class View {
 
   private readonly frame = (now: number): void => {
     requestAnimationFrame(this.frame);
-    const turned = this.controls.update(Math.min(0.1, (now - this.last) / 1000));
     const took = now - this.last;
     this.last = now;
-    if (turned && this.points) {
-      this.share = Math.max(0.02, Math.min(1, this.share * (took > FRAME ? 0.7 : 1.1)));
-      this.points.thin(this.share);
-    } else if (!this.moving && this.share < 1 && this.points) {
-      this.share = 1;
-      this.points.thin(1);
-      this.stale = true;
+    if (this.controls.update(Math.min(0.1, took / 1000))) {
+      this.atOnce = Math.max(FEWEST, this.atOnce * (took > FRAME ? 0.7 : 1.1));
+      this.stale = "points";
     }
-    if (!turned && !this.stale) return;
-    this.stale = false;
-    this.renderer.render(this.scene, this.camera);
-    this.onFrame();
+    if (this.stale === "points") this.drawSample();
+    else if (this.sampled && !this.moving) this.drawMore();
+    else if (this.stale === "drawing") this.draw();
   };
+
+  /** Some of the points at once, which are all of them in a cloud of ordinary size. */
+  private drawSample(): void {
+    const [n, atOnce] = [this.points?.n ?? 0, Math.ceil(this.atOnce)];
+    this.sampled = n > atOnce;
+    this.points?.range(0, Math.min(n, atOnce));
+    this.still.restart();
+    this.draw(false);
+  }
+
+  private drawMore(): void {
+    if (!this.points || !this.still.add(this.renderer, this.points, this.camera, AT_ONCE)) return;
+    this.sampled = false;
+    this.draw(true);
+  }
+
+  /** Points, as they are or as the still has them, with all that stands among them. */
+  private draw(still = this.still.object.visible): void {
+    this.stale = null;
+    this.still.object.visible = still;
+    if (this.points) this.points.object.visible = !still;
+    this.renderer.render(this.scene, this.camera);
+    if (this.points) this.points.object.visible = true;
+    if (this.fresh) performance.mark("points");
+    this.fresh = false;
+    this.onFrame();
+  }
 }
