@@ -11,7 +11,12 @@ from starlette.responses import Response
 
 ROOT, PREFIX = "/", "/viewer/"
 _BUILT = Path(__file__).parent.parent / "viewer" / "built"
-_MEDIA_TYPES = {"viewer.js": "text/javascript", "reader.js": "text/javascript", "viewer.css": "text/css"}
+_MEDIA_TYPES = {
+    "viewer.js": "text/javascript",
+    "reader.js": "text/javascript",
+    "viewer.css": "text/css",
+    "licenses.txt": "text/plain",
+}
 PATHS = tuple(PREFIX + name for name in _MEDIA_TYPES)
 POLICY = (
     "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; connect-src 'self'; "
@@ -31,7 +36,7 @@ def page(request: Request) -> Response:
 
 
 def part(request: Request, name: str) -> Response | None:
-    """A script or the style of the page; None where there is none of this name."""
+    """A script, the style, or the licenses of what the page is made of; None where there is none of this name."""
     media_type = _MEDIA_TYPES.get(name)
     return None if media_type is None else _respond(request, name, f"{media_type}; charset=utf-8")
 

@@ -48,6 +48,7 @@ function Page() {
         </select>
         <span class="name">{state.source.value?.name}</span>
         <a href="docs">API</a>
+        <a href="viewer/licenses.txt">Licenses</a>
       </header>
       <main>
         <div class="stage">

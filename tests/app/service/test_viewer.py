@@ -284,7 +284,7 @@ def test_nothing_keeps_people_out(
 def test_it_may_ask_nobody_else(service: Any) -> None:
     policy = service.client.get("/").headers["content-security-policy"]
     assert "default-src 'none'" in policy and "unsafe" not in policy
-    for name in ("viewer.js", "reader.js", "viewer.css"):
+    for name in ("viewer.js", "reader.js", "viewer.css", "licenses.txt"):
         reply = service.client.get(f"/viewer/{name}")
         assert reply.status_code == 200 and reply.headers["content-encoding"] == "gzip"
         again = service.client.get(f"/viewer/{name}", headers={"If-None-Match": reply.headers["etag"]})
