@@ -167,7 +167,7 @@ lock: $(VENV)/.uv
 	cd $(LOCK_AT) && $(COMPILE) --extra dev --output-file requirements/dev.txt pyproject.toml
 	cd $(LOCK_AT) && $(BUILT_WITH) | $(COMPILE) $(AS_TESTED) --output-file requirements/build.txt -
 	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --extra postgres --output-file requirements/image.txt pyproject.toml
-	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --extra bench --extra cad --extra e57 --extra otel --extra postgres \
+	cd $(LOCK_AT) && $(COMPILE) $(AS_TESTED) --extra bench --extra cad --extra e57 --extra mcp --extra otel --extra postgres \
 		--output-file requirements/full.txt pyproject.toml
 
 # The same on a copy, without looking for newer versions.

@@ -49,7 +49,7 @@ def picture(fitted: Fitted, answer: Mapping[str, Any]) -> bytes:
     """A PNG of 640 x 480 pixels.
 
     Of an ambiguous answer it shows the first kind, of `no_fit` the best try; the title says so. Outliers are
-    crosses, the others are dots. Points behind the surface are seen through it.
+    rings, the others are dots. Points behind the surface are seen through it.
 
     Parameters
     ----------
@@ -251,18 +251,17 @@ def _draw_points(sheet: _Sheet, drawn: _Drawn, place: Array, rows: NDArray[np.in
     radius = SMOOTH * (2.4 if len(place) < 1000 else 1.8)
     colors = drawn.colors
     for (x, y), row in zip(_placed(place[rows]).tolist(), rows.tolist(), strict=True):
-        (_dot if drawn.inlier[row] else _cross)(sheet.pen, x, y, radius, colors[row])
+        (_dot if drawn.inlier[row] else _ring)(sheet.pen, x, y, radius, colors[row])
 
 
 def _dot(pen: Any, x: float, y: float, radius: float, color: tuple[int, ...]) -> None:
     pen.ellipse((x - radius, y - radius, x + radius, y + radius), color, GRAY, 1)
 
 
-def _cross(pen: Any, x: float, y: float, radius: float, color: tuple[int, ...]) -> None:
-    arm = 1.9 * radius
-    for fill, width in ((INK, 3 * SMOOTH), (color, 2 * SMOOTH - 1)):
-        pen.line((x - arm, y - arm, x + arm, y + arm), fill, width)
-        pen.line((x - arm, y + arm, x + arm, y - arm), fill, width)
+def _ring(pen: Any, x: float, y: float, radius: float, color: tuple[int, ...]) -> None:
+    outer = 2.2 * radius
+    for fill, size, width in ((INK, outer, 2 * SMOOTH), (color, outer - SMOOTH / 2, 2 * SMOOTH - 1)):
+        pen.ellipse((x - size, y - size, x + size, y + size), outline=fill, width=width)
 
 
 def _draw_surface(sheet: _Sheet, scene: Scene, frame: Frame, front: Front) -> None:
@@ -337,7 +336,7 @@ def _draw_legend(sheet: _Sheet, drawn: _Drawn) -> None:
     _dot(sheet.pen, (COLUMN + 6) * SMOOTH, y * SMOOTH, radius, (247, 247, 247))
     sheet.text(COLUMN + 18, y, count(n_inliers, "inlier"), 12, INK, "lm")
     if drawn.n_outliers:
-        _cross(sheet.pen, (COLUMN + 6) * SMOOTH, (y + 16) * SMOOTH, radius, (178, 24, 43))
+        _ring(sheet.pen, (COLUMN + 6) * SMOOTH, (y + 16) * SMOOTH, radius, (178, 24, 43))
         sheet.text(COLUMN + 18, y + 16, count(drawn.n_outliers, "outlier"), 12, INK, "lm")
     if len(drawn.scene.points) < drawn.n_points:
         sheet.text(COLUMN, y + 30, f"{len(drawn.scene.points):,} of the points are drawn", 10, GRAY, "lm")

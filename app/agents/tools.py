@@ -112,7 +112,7 @@ class Tools:
     ) -> Annotated[CallToolResult, results.Explanation]:
         """Fit a cloud and explain the answer: words, why each kind was accepted or refused, and a picture.
 
-        The picture (PNG, 640 x 480) has the points colored by their signed distance, outliers as crosses, and
+        The picture (PNG, 640 x 480) has the points colored by their signed distance, outliers as rings, and
         the trimmed primitive.
         """
 

@@ -36,7 +36,7 @@ def page(request: Request) -> Response:
 
 
 def part(request: Request, name: str) -> Response | None:
-    """A script, the style, or the licenses of what the page is made of; None where there is none of this name."""
+    """A script, the style, or the licenses of what is in them; None where there is none of this name."""
     media_type = _MEDIA_TYPES.get(name)
     return None if media_type is None else _respond(request, name, f"{media_type}; charset=utf-8")
 

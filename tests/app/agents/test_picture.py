@@ -81,20 +81,20 @@ def test_points_and_the_surface_are_seen() -> None:
     assert red > 0.005 and blue > 0.005 and surface > 0.05
 
 
-def test_outliers_are_crosses_and_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    crosses: list[Any] = []
-    cross = drawing._cross
-    monkeypatch.setattr(drawing, "_cross", lambda *how: (crosses.append(how), cross(*how)))
+def test_outliers_are_rings_and_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    rings: list[Any] = []
+    ring = drawing._ring
+    monkeypatch.setattr(drawing, "_ring", lambda *how: (rings.append(how), ring(*how)))
     texts = _said(monkeypatch, _tube(2000, 60))
     assert "1,940 inliers" in texts and "60 outliers" in texts
-    assert len(crosses) == 60 + 1  # and that of the legend
+    assert len(rings) == 60 + 1  # and that of the legend
 
 
 def test_few_outliers_of_many_points_are_all_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    crosses: list[Any] = []
-    monkeypatch.setattr(drawing, "_cross", lambda *how: crosses.append(how))
+    rings: list[Any] = []
+    monkeypatch.setattr(drawing, "_ring", lambda *how: rings.append(how))
     texts = _said(monkeypatch, _tube(50_000, 20))
-    assert f"{len(crosses) - 1} outliers" in texts and len(crosses) > 20
+    assert f"{len(rings) - 1} outliers" in texts and len(rings) > 20
     assert any("of the points are drawn" in text for text in texts)
 
 
