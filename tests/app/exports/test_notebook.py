@@ -1,7 +1,6 @@
 """Answers show themselves as 3D pictures in a notebook."""
 
 import pickle
-import sys
 from typing import Any
 
 import numpy as np
@@ -159,9 +158,3 @@ def test_segments_without_an_answer_are_left_out() -> None:
     assert "1 segment<br>" in drawn(segments.show())["legend"].text
     with pytest.raises(primfit.NothingToExportError, match="no segment"):
         primfit.show_segments(segments[1:])
-
-
-def test_without_k3d_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "k3d", None)
-    with pytest.raises(ImportError, match=r'pip install "primfit\[notebook\]"'):
-        FOUND.show()
