@@ -13,6 +13,7 @@
 # make training-figures  after make weights: refresh docs/training-figures.md
 # make example  refresh the example answer of the API    make openapi     refresh docs/openapi.json
 # make viewer   build the page at / from app/viewer (needs node and npm)
+# make notebooks  refresh what docs/notebooks print
 # make constants  refresh the table of constants in docs/pipeline.md, and count the numbers of the verdict
 # make bench  measure primfit on small sets, a few minutes; the report is build/bench/report/benchmark.md
 # make bench-steps  has a step of a fit become slower than the recorded figures? half a minute
@@ -57,7 +58,7 @@ BUILT_WITH = $(PYTHON) -c "import tomllib; print(*tomllib.load(open('pyproject.t
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-clock test-fire test-schema test-fuzz test-torch lint weights training-figures example openapi viewer constants bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
+.PHONY: run setup test test-slow test-clock test-fire test-schema test-fuzz test-torch lint weights training-figures example openapi viewer constants notebooks bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -94,6 +95,7 @@ lint: $(VENV)/.dev
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy --package primfit
 	$(VENV)/bin/mypy docs/constants.py
+	$(VENV)/bin/mypy docs/notebooks/run.py
 	$(VENV)/bin/mypy deploy/sbom.py
 	$(VENV)/bin/lint-imports
 
@@ -127,6 +129,10 @@ constants:
 	@$(PYTHON) docs/constants.py
 
 # Both go on where they were cut off; `primfit bench --help` has more.
+# The notebooks with what they print; pictures are not kept.
+notebooks: $(VENV)/.dev
+	$(VENV)/bin/python docs/notebooks/run.py
+
 bench: $(VENV)/.bench
 	$(VENV)/bin/primfit bench run
 	$(VENV)/bin/primfit bench proofs

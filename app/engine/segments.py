@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -18,6 +18,9 @@ from .arrays import as_array, as_floats
 from .cut import Label, Piece, Rows, cut, pieces
 from .fit import cloud_of, config_of, fit_cloud
 from .team import Team, chunks
+
+if TYPE_CHECKING:
+    from k3d.plot import Plot
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +62,7 @@ class Segment(ByValue):
 
 
 class Segments(list[Segment]):
-    """The segments of a cloud: a list that exports as one file.
+    """The segments of a cloud: a list that exports as one file, and shows itself as one picture.
 
     Examples
     --------
@@ -78,6 +81,12 @@ class Segments(list[Segment]):
         import primfit  # what writes files stands above this package
 
         return primfit.export_segments(self, artifact, **options)
+
+    def show(self) -> "Plot":
+        """`primfit.show_segments`: in a notebook, a 3D picture of all of them that can be turned."""
+        import primfit
+
+        return primfit.show_segments(self)
 
 
 def fit_segments(

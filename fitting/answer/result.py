@@ -24,6 +24,7 @@ from .summary import summary
 from .values import ErrorSummary, NoiseSummary
 
 if TYPE_CHECKING:
+    from k3d.plot import Plot
     from matplotlib.axes import Axes
 
 Outcome = Literal["accepted", "refused", "failed"]
@@ -244,6 +245,12 @@ class Recognition:
         import primfit
 
         return primfit.plot(self, axes)
+
+    def show(self) -> "Plot":
+        """`primfit.show`: in a notebook, a 3D picture of the points and the primitive that can be turned."""
+        import primfit
+
+        return primfit.show(self)
 
     def _repr_html_(self) -> str:
         import primfit

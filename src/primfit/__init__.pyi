@@ -3,6 +3,7 @@ from .app.engine.fit import fit, read
 from .app.engine.segments import Segment, Segments, fit_segments
 from .app.exports import NothingToExportError, export, form_errors, residuals
 from .app.exports.many import export_segments
+from .app.exports.notebook import show, show_segments
 from .app.exports.pictures import picture, plot
 from .app.readers.cloud import Cloud
 from .app.readers.errors import UnreadableFileError
@@ -68,4 +69,6 @@ __all__ = [
     "read",
     "recognize",
     "residuals",
+    "show",
+    "show_segments",
 ]

@@ -23,11 +23,11 @@ UPRIGHT = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 """Which way is up, and which is to the viewer, where there is no surface."""
 
 
-def shown(n_points: int) -> np.ndarray:
+def shown(n_points: int, most: int = SHOWN_POINTS) -> np.ndarray:
     """Rows of the points that are drawn, in their order; the same ones again for as many points."""
-    if n_points <= SHOWN_POINTS:
+    if n_points <= most:
         return np.arange(n_points)
-    return np.sort(np.random.default_rng(0).permutation(n_points)[:SHOWN_POINTS])
+    return np.sort(np.random.default_rng(0).permutation(n_points)[:most])
 
 
 @dataclass(frozen=True, eq=False)

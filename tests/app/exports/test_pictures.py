@@ -98,3 +98,9 @@ def test_a_plot_without_matplotlib_says_what_to_install(monkeypatch: pytest.Monk
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ImportError, match=r'pip install "primfit\[plot\]"'):
         FOUND.plot()
+
+
+def test_without_k3d_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "k3d", None)
+    with pytest.raises(ImportError, match=r'pip install "primfit\[notebook\]"'):
+        FOUND.show()
