@@ -54,6 +54,8 @@ export class View {
   private readonly still = new Still();
   private atOnce = AT_ONCE;
   private moving = false;
+  /** Whether a frame is on its way. */
+  private awake = false;
   /** What is not in the picture yet: the points as they are now, or only what is drawn into them. */
   private stale: "points" | "drawing" | null = "points";
   /** Whether the picture shows a sample of the points, and all are on their way. */
@@ -77,9 +79,9 @@ export class View {
     this.scene.add(this.still.object);
     for (const event of ["controlstart", "wake"] as const) this.controls.addEventListener(event, () => this.moves(true));
     for (const event of ["controlend", "sleep"] as const) this.controls.addEventListener(event, () => this.moves(false));
+    for (const event of ["control", "transitionstart"] as const) this.controls.addEventListener(event, () => this.wake());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
     this.resize();
-    requestAnimationFrame(this.frame);
   }
 
   /** Show these points, seen from a little above; null shows nothing. */
@@ -206,14 +208,17 @@ export class View {
   /** Turn by angles [rad], or come closer by a factor: for the keyboard. */
   turn(azimuth: number, polar: number): void {
     void this.controls.rotate(azimuth, polar, this.controls.smoothTime > 0);
+    this.wake();
   }
 
   dolly(factor: number): void {
     void this.controls.dollyTo(this.controls.distance * factor, this.controls.smoothTime > 0);
+    this.wake();
   }
 
   pan(x: number, y: number): void {
     void this.controls.truck(x, y, this.controls.smoothTime > 0);
+    this.wake();
   }
 
   /** Whether dragging turns the picture; it does not while it draws around points. */
@@ -223,10 +228,20 @@ export class View {
 
   private moves(on: boolean): void {
     this.moving = on;
+    this.wake();
+  }
+
+  /** See to it that frames are drawn, until there is nothing new to draw. */
+  private wake(): void {
+    if (this.awake) return;
+    this.awake = true;
+    this.last = performance.now();
+    requestAnimationFrame(this.frame);
   }
 
   private touch(what: "points" | "drawing" = "points"): void {
     if (this.stale !== "points") this.stale = what;
+    this.wake();
   }
 
   private resize(): void {
@@ -241,16 +256,18 @@ export class View {
   }
 
   private readonly frame = (now: number): void => {
-    requestAnimationFrame(this.frame);
     const took = now - this.last;
     this.last = now;
-    if (this.controls.update(Math.min(0.1, took / 1000))) {
+    const turned = this.controls.update(Math.min(0.1, took / 1000));
+    if (turned) {
       this.atOnce = Math.max(FEWEST, this.atOnce * (took > FRAME ? 0.7 : 1.1));
       this.stale = "points";
     }
     if (this.stale === "points") this.drawSample();
     else if (this.sampled && !this.moving) this.drawMore();
     else if (this.stale === "drawing") this.draw();
+    this.awake = turned || (this.sampled && !this.moving);
+    if (this.awake) requestAnimationFrame(this.frame);
   };
 
   /** Some of the points at once, which are all of them in a cloud of ordinary size. */
