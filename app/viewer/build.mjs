@@ -1,9 +1,10 @@
 /** Builds the page into the folder that is named, `built` by default. */
 
 import { build } from "esbuild";
-import { mkdir, copyFile, readFile, readdir, writeFile } from "node:fs/promises";
+import { mkdir, copyFile, readFile, readdir, rm, writeFile } from "node:fs/promises";
 
 const out = process.argv[2] ?? "built";
+await rm(out, { recursive: true, force: true });
 await mkdir(out, { recursive: true });
 const { metafile } = await build({
   entryPoints: { viewer: "src/page.tsx", reader: "src/reading/reader.ts" },
