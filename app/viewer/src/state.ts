@@ -105,8 +105,9 @@ export const limit = computed<number>(() => {
 
 const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
 
-/** Milliseconds between two looks at a job. */
-const LOOK = 1000;
+/** Milliseconds: between two looks at a job, and for which the service waits until points are shown. */
+const [LOOK, MOMENT] = [1000, 300];
+const pause = (time: number): Promise<void> => new Promise((done) => setTimeout(done, time));
 const reader = wrap<Reader>(new Worker("viewer/reader.js", { type: "module" }));
 let underWay: AbortController | null = null;
 
@@ -116,7 +117,11 @@ export async function open(name: string, file: Blob): Promise<void> {
   forget();
   const started = (source.value = { name, file });
   phase.value = "reading";
-  if (await read(started)) await refit();
+  const labelled = await reader.isLabelled(file).catch(() => false);
+  const shown = read(started);
+  // Points first, if that is a matter of moments; labels decide what is asked.
+  await (labelled ? shown : Promise.race([shown, pause(MOMENT)]));
+  if (source.value === started) await refit();
 }
 
 /** Begin anew, with nothing. */
@@ -127,12 +132,10 @@ function forget(): void {
   coloring.value = "residual";
 }
 
-/** Show the points of a file, where the page reads its format; false if another one was opened meanwhile. */
-async function read(given: Source): Promise<boolean> {
+/** Show the points of a file, where the page reads its format. */
+async function read(given: Source): Promise<void> {
   const parts = await reader.read(given.file).catch(() => null);
-  if (source.value !== given) return false;
-  if (parts) preview.value = new Cloud(parts.xyz, parts.labels);
-  return true;
+  if (parts && source.value === given) preview.value = new Cloud(parts.xyz, parts.labels);
 }
 
 /** Show the points of a job, whose segments are there already. */
@@ -171,7 +174,7 @@ function refuse(error: unknown): void {
 }
 
 async function fitWhole(given: Source, signal: AbortSignal): Promise<void> {
-  const told = await fit(given, preview.value, options.value as Options, signal);
+  const told = await fit(given, () => preview.value, options.value as Options, signal);
   outcome.value = told;
   said.value = told.answer.message;
 }
@@ -214,7 +217,7 @@ async function follow(chosen: Job, signal: AbortSignal): Promise<void> {
     more = page.more;
     segments.value = [...(segments.value ?? []), ...page.lines];
     job.value = await jobOf(chosen.jobID, signal);
-    if (more && !page.rows) await new Promise((done) => setTimeout(done, LOOK));
+    if (more && !page.rows) await pause(LOOK);
   }
   said.value = `The job is ${job.value.status}; ${segments.value!.length} segments are fitted.`;
 }

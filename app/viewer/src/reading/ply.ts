@@ -71,9 +71,17 @@ export function columnOf(bytes: Uint8Array, { n, format, properties, start }: Ve
   return values;
 }
 
+/** Whether the vertices have labels, by the header alone. */
+export function hasLabels(bytes: Uint8Array): boolean {
+  const vertices = headerOf(bytes);
+  return (vertices && columnsFor(vertices))?.label != null;
+}
+
+const columnsFor = ({ properties }: Vertices): Columns | null => columnsOf(properties.map(({ name }) => name));
+
 export function readPly(bytes: Uint8Array): Cloud | null {
   const vertices = headerOf(bytes);
-  const columns = vertices && columnsOf(vertices.properties.map(({ name }) => name));
+  const columns = vertices && columnsFor(vertices);
   if (!vertices || !columns) return null;
   return vertices.format === "ascii" ? ofText(bytes, vertices, columns) : ofBinary(bytes, vertices, columns);
 }

@@ -3,7 +3,7 @@
 import { expose, transfer } from "comlink";
 import type { Cloud, Labels } from "../cloud";
 import { readNpy } from "./npy";
-import { readPly } from "./ply";
+import { hasLabels, readPly } from "./ply";
 import { readText } from "./text";
 
 export interface Parts {
@@ -14,20 +14,35 @@ export interface Parts {
 /** First bytes of formats that the service reads by their own rules. */
 const OTHERS = ["LASF", "ASTM-E57", "PK", "glTF", "\x1f\x8b", "(\xb5/\xfd", "solid", "{", "[", "# .PCD", "VERSION"];
 
+/** Bytes at the beginning of a file that tell which columns it has. */
+const HEAD = 64 * 1024;
+
+/** Whether a file has a column of labels, by its beginning. */
+async function isLabelled(file: Blob): Promise<boolean> {
+  const bytes = new Uint8Array(await file.slice(0, HEAD).arrayBuffer());
+  const start = startOf(bytes);
+  if (start.startsWith("ply")) return hasLabels(bytes);
+  return isOurs(start) && !start.startsWith(NUMPY) && !!parsed(start, bytes)?.labels;
+}
+
 async function read(file: Blob): Promise<Parts | null> {
   const bytes = new Uint8Array(await file.arrayBuffer());
-  const start = new TextDecoder("latin1").decode(bytes.subarray(0, 16));
-  const cloud = OTHERS.some((each) => start.startsWith(each)) ? null : parsed(start, bytes);
+  const start = startOf(bytes);
+  const cloud = isOurs(start) ? parsed(start, bytes) : null;
   if (cloud === null || cloud.n === 0) return null;
   return transfer({ xyz: cloud.xyz, labels: cloud.labels }, [cloud.xyz.buffer as ArrayBuffer]);
 }
 
+const NUMPY = "\x93NUMPY";
+const startOf = (bytes: Uint8Array): string => new TextDecoder("latin1").decode(bytes.subarray(0, 16));
+const isOurs = (start: string): boolean => !OTHERS.some((each) => start.startsWith(each));
+
 function parsed(start: string, bytes: Uint8Array): Cloud | null {
   if (start.startsWith("ply")) return readPly(bytes);
-  if (start.startsWith("\x93NUMPY")) return readNpy(bytes);
+  if (start.startsWith(NUMPY)) return readNpy(bytes);
   return bytes.subarray(0, 1024).includes(0) ? null : readText(new TextDecoder().decode(bytes));
 }
 
-export const reader = { read };
+export const reader = { isLabelled, read };
 export type Reader = typeof reader;
 expose(reader);

@@ -79,17 +79,19 @@ const flat = (colors: readonly Color[]): ThreeColor[] => colors.map((each) => ne
 
 export class PointSet {
   readonly object: Points<BufferGeometry, RawShaderMaterial>;
-  /** Which point stands at a place: a random order, so that the first of them are a fair sample. */
-  private readonly order: Uint32Array;
+  /** From the point at one place to that at the next: the first of them are a fair sample. */
+  private readonly step: number;
 
   constructor(private readonly cloud: Cloud) {
     const { middle, size } = cloud.frame;
-    this.order = shuffled(cloud.n);
+    this.step = stepThrough(cloud.n);
     const places = new Int16Array(3 * cloud.n);
-    for (let i = 0; i < cloud.n; i++) {
-      for (let k = 0; k < 3; k++) {
-        places[3 * i + k] = Math.round((FULL * (cloud.xyz[3 * this.order[i] + k] - middle[k])) / size);
-      }
+    const [x, y, z] = middle;
+    const scale = FULL / size;
+    for (let i = 0, point = 0; i < cloud.n; i++, point = this.after(point)) {
+      places[3 * i] = Math.round(scale * (cloud.xyz[3 * point] - x));
+      places[3 * i + 1] = Math.round(scale * (cloud.xyz[3 * point + 1] - y));
+      places[3 * i + 2] = Math.round(scale * (cloud.xyz[3 * point + 2] - z));
     }
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(places, 3, true));
@@ -114,11 +116,16 @@ export class PointSet {
     this.object.frustumCulled = false;
   }
 
+  /** The point at the place after that of another. */
+  private after(point: number): number {
+    const next = point + this.step;
+    return next < this.cloud.n ? next : next - this.cloud.n;
+  }
+
   show({ values, limit, inliers, labels, chosen, coloring }: Look): void {
     const { value, mark } = this.object.geometry.attributes as Record<string, BufferAttribute>;
     const [shown, marks] = [value.array as Int16Array, mark.array as Uint8Array];
-    for (let i = 0; i < this.cloud.n; i++) {
-      const point = this.order[i];
+    for (let i = 0, point = 0; i < this.cloud.n; i++, point = this.after(point)) {
       if (values) {
         const share = limit > 0 ? values[point] / limit || 0 : 0;
         shown[i] = FULL * Math.max(-1, Math.min(1, share));
@@ -151,7 +158,7 @@ export class PointSet {
 
   /** The point that was drawn as this number, from 1; null for none. */
   point(drawn: number): number | null {
-    return drawn > 0 && drawn <= this.cloud.n ? this.order[drawn - 1] : null;
+    return drawn > 0 && drawn <= this.cloud.n ? ((drawn - 1) * this.step) % this.cloud.n : null;
   }
 
   dispose(): void {
@@ -168,14 +175,10 @@ function whole(marks: Uint8Array): BufferAttribute {
 }
 const INT = 1013; // three's IntType
 
-function shuffled(n: number): Uint32Array {
-  const order = Uint32Array.from({ length: n }, (_, i) => i);
-  let seed = 1;
-  for (let i = n - 1; i > 0; i--) {
-    seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
-    const j = seed % (i + 1);
-    [order[i], order[j]] = [order[j], order[i]];
-  }
-  return order;
+/** A step through n places that comes to each once, and to all parts of them early: n over the golden ratio. */
+function stepThrough(n: number): number {
+  const common = (a: number, b: number): number => (b ? common(b, a % b) : a);
+  let step = Math.max(1, Math.round(n / 1.618034));
+  while (common(step, n) > 1) step++;
+  return step;
 }
-

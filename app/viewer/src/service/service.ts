@@ -48,7 +48,7 @@ export const key = {
 /** The answer about a file with the residuals of its points, by one call; `seen` is what the page has read of it. */
 export async function fit(
   given: Source,
-  seen: Cloud | null,
+  seen: () => Cloud | null,
   options: Options,
   signal: AbortSignal,
 ): Promise<Fit> {
@@ -62,7 +62,7 @@ export async function fit(
   const files = await unzipped(new Uint8Array(await (await accepted(response)).arrayBuffer()));
   const answer: Answer = JSON.parse(new TextDecoder().decode(files.get("answer.json")));
   const residuals = files.get(RESIDUALS);
-  return { answer, points: residuals ? pointsOf(residuals, seen) : null };
+  return { answer, points: residuals ? pointsOf(residuals, seen()) : null };
 }
 
 export type Line = Schemas["BatchAnswer"] | Schemas["BatchProblem"];
