@@ -1,16 +1,14 @@
 import type { Cloud } from "../cloud";
 import { cloudOf } from "./table";
 
-const MAGIC = "\x93NUMPY";
+export const MAGIC = "\x93NUMPY";
 
-/** An array of floats or integers whose rows begin with x, y, z; null for any other, such as records. */
+/** An array of floats or integers, behind `MAGIC`, whose rows begin with x, y, z; null for others, as of records. */
 export function readNpy(bytes: Uint8Array): Cloud | null {
-  const latin = (from: number, to: number): string => new TextDecoder("latin1").decode(bytes.subarray(from, to));
-  if (latin(0, 6) !== MAGIC) return null;
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const wide = bytes[6] > 1;
   const start = (wide ? 12 : 10) + (wide ? view.getUint32(8, true) : view.getUint16(8, true));
-  const head = latin(10, start);
+  const head = new TextDecoder().decode(bytes.subarray(10, start));
   const type = /'descr': '([<|])([fiu])(\d)'/.exec(head);
   const shape = /'shape': \((\d+), (\d+)\)/.exec(head);
   if (!type || !shape || /'fortran_order': True/.test(head) || Number(shape[2]) < 3) return null;

@@ -2,7 +2,7 @@
 
 import { expose, transfer } from "comlink";
 import type { Cloud, Labels } from "../cloud";
-import { readNpy } from "./npy";
+import { MAGIC, readNpy } from "./npy";
 import { hasLabels, readPly } from "./ply";
 import { readText } from "./text";
 
@@ -22,7 +22,7 @@ async function isLabelled(file: Blob): Promise<boolean> {
   const bytes = new Uint8Array(await file.slice(0, HEAD).arrayBuffer());
   const start = startOf(bytes);
   if (start.startsWith("ply")) return hasLabels(bytes);
-  return isOurs(start) && !start.startsWith(NUMPY) && !!parsed(start, bytes)?.labels;
+  return isOurs(start) && !start.startsWith(MAGIC) && !!parsed(start, bytes)?.labels;
 }
 
 async function read(file: Blob): Promise<Parts | null> {
@@ -33,13 +33,13 @@ async function read(file: Blob): Promise<Parts | null> {
   return transfer({ xyz: cloud.xyz, labels: cloud.labels }, [cloud.xyz.buffer as ArrayBuffer]);
 }
 
-const NUMPY = "\x93NUMPY";
-const startOf = (bytes: Uint8Array): string => new TextDecoder("latin1").decode(bytes.subarray(0, 16));
+/** The first bytes as letters of the same numbers; a decoder would take latin1 for windows-1252. */
+const startOf = (bytes: Uint8Array): string => String.fromCharCode(...bytes.subarray(0, 16));
 const isOurs = (start: string): boolean => !OTHERS.some((each) => start.startsWith(each));
 
 function parsed(start: string, bytes: Uint8Array): Cloud | null {
   if (start.startsWith("ply")) return readPly(bytes);
-  if (start.startsWith(NUMPY)) return readNpy(bytes);
+  if (start.startsWith(MAGIC)) return readNpy(bytes);
   return bytes.subarray(0, 1024).includes(0) ? null : readText(new TextDecoder().decode(bytes));
 }
 
