@@ -22,3 +22,19 @@ export const counted = (n: number, one: string, many = `${one}s`): string =>
   `${n.toLocaleString("en")} ${n === 1 ? one : many}`;
 
 const minus = (text: string): string => text.replace(/-/g, "\u2212");
+
+/** The place of least cost among places in a plane (2 N), by its number; null where all cost infinitely much. */
+export function least(places: Float64Array, cost: (x: number, y: number) => number): number | null {
+  let [best, found]: [number, number | null] = [Infinity, null];
+  for (let i = 0; i < places.length / 2; i++) {
+    const each = cost(places[2 * i], places[2 * i + 1]);
+    if (each < best) [best, found] = [each, i];
+  }
+  return found;
+}
+
+/** The distance from a place as a cost; infinite beyond a reach. */
+export const closeTo = (x: number, y: number, reach: number) => (u: number, v: number): number => {
+  const away = Math.hypot(u - x, v - y);
+  return away < reach ? away : Infinity;
+};

@@ -4,6 +4,7 @@ import { render } from "preact";
 import { Ask } from "./panel/Ask";
 import { Attempts } from "./panel/Attempts";
 import { Facts } from "./panel/Facts";
+import { Legend } from "./panel/Legend";
 import { Picture, view, withDimensions, withSurface } from "./panel/Picture";
 import { Picked } from "./panel/Picked";
 import { Segments } from "./panel/Segments";
@@ -12,7 +13,7 @@ import { Status } from "./panel/Status";
 import { Take } from "./panel/Take";
 import { EXAMPLES } from "./examples";
 import * as state from "./state";
-import { chosen, fitChosen, tool, type Tool } from "./tools";
+import { chosen, fitChosen, note, tool, type Tool } from "./tools";
 
 function Page() {
   return (
@@ -48,13 +49,13 @@ function Page() {
         </select>
         <span class="name">{state.source.value?.name}</span>
         <a href="docs">API</a>
-        <a href="viewer/licenses.txt">Licenses</a>
       </header>
       <main>
         <div class="stage">
+          <Tools />
           <Picture />
           {state.phase.value === "empty" && <p class="hint">Drop a file here</p>}
-          <Tools />
+          <Legend />
         </div>
         <aside id="facts" aria-label="The answer">
           <Status />
@@ -65,6 +66,9 @@ function Page() {
           <Residuals />
           {state.phase.value !== "empty" && <Ask />}
           <Take />
+          <p class="small">
+            <a href="viewer/licenses.txt">Licenses</a>
+          </p>
         </aside>
       </main>
       <p class="unseen" role="status">
@@ -112,6 +116,9 @@ function Tools() {
           Fit the selection
         </button>
       )}
+      <p class={note.value ? "note" : "unseen"} role="status">
+        {note.value}
+      </p>
     </div>
   );
 }

@@ -27,7 +27,7 @@ import {
   type Source,
 } from "./service/service";
 
-export type Phase = "empty" | "reading" | "fitting" | "answered" | "refused" | "offline";
+export type Phase = "empty" | "reading" | "asking" | "fitting" | "answered" | "canceled" | "refused" | "offline";
 
 export const phase = signal<Phase>("empty");
 export const source = signal<Source | null>(null);
@@ -48,7 +48,10 @@ export const step = signal<number | null>(null);
 export const coloring = signal<Coloring>("residual");
 /** The residual at which the colors end, where somebody has set it. */
 export const chosenLimit = signal<number | null>(null);
+/** For screen readers: what has come about. */
 export const said = signal("");
+/** What came of the last file that was taken along. */
+export const taken = signal<{ words: string; failed: boolean } | null>(null);
 
 export const answer = computed<Answer | null>(() => {
   if (segments.value === null) return outcome.value?.answer ?? null;
@@ -57,7 +60,10 @@ export const answer = computed<Answer | null>(() => {
 });
 export const cloud = computed<Cloud | null>(() => outcome.value?.points?.cloud ?? preview.value);
 export const isScan = computed(() => (preview.value?.labels?.names.length ?? 0) > 1);
-export const unit = computed(() => answer.value?.receipt.unit ?? "");
+export const unit = computed(() => {
+  const told = answer.value ?? segments.value?.find((line) => "answer" in line)?.answer;
+  return told?.receipt.unit ?? "";
+});
 
 /** The surface that is shown, and its piece where that is known. */
 export const shown = computed<{ primitive: Primitive; extents: Extents | null } | null>(() => {
@@ -113,41 +119,62 @@ let underWay: AbortController | null = null;
 
 /** Read a file, show its points, and have it fitted. */
 export async function open(name: string, file: Blob): Promise<void> {
-  if (job.value && !source.value) return join({ name, file });
+  const given = { name, file };
+  if (job.value && !source.value && (await joins(given))) return;
   forget();
-  const started = (source.value = { name, file });
+  source.value = given;
   phase.value = "reading";
   const labelled = await reader.isLabelled(file).catch(() => false);
-  const shown = read(started);
+  const shown = read(given);
   // Points first, if that is a matter of moments; labels decide what is asked.
   await (labelled ? shown : Promise.race([shown, pause(MOMENT)]));
-  if (source.value === started) await refit();
+  if (source.value === given) await refit();
 }
 
 /** Begin anew, with nothing. */
 function forget(): void {
   underWay?.abort();
-  source.value = outcome.value = preview.value = problem.value = step.value = chosenLimit.value = null;
+  source.value = outcome.value = preview.value = problem.value = step.value = chosenLimit.value = taken.value = null;
   segments.value = segment.value = job.value = null;
   coloring.value = "residual";
 }
 
 /** Show the points of a file, where the page reads its format. */
 async function read(given: Source): Promise<void> {
-  const parts = await reader.read(given.file).catch(() => null);
-  if (parts && source.value === given) preview.value = new Cloud(parts.xyz, parts.labels);
+  const read = await cloudOf(given);
+  if (read && source.value === given) preview.value = read;
 }
 
-/** Show the points of a job, whose segments are there already. */
-async function join(given: Source): Promise<void> {
+async function cloudOf({ file }: Source): Promise<Cloud | null> {
+  const parts = await reader.read(file).catch(() => null);
+  return parts && new Cloud(parts.xyz, parts.labels);
+}
+
+/** Show the points of a job, whose segments are there already; false if it has none of the labels of the file. */
+async function joins(given: Source): Promise<boolean> {
+  const [read, found] = [await cloudOf(given), segments.value ?? []];
+  const names = read?.labels?.names ?? [];
+  if (!names.length || (found.length && !found.some(({ label }) => names.includes(label!)))) return false;
   source.value = given;
-  await read(given);
+  preview.value = read;
+  return true;
 }
 
 /** Fit the same file with the options as they are now. */
 export async function refit(): Promise<void> {
   const given = source.value;
-  if (given) await work((signal) => (isScan.value ? fitSegments : fitWhole)(given, signal));
+  if (!given || !(abilities.value || (await learn()))) return;
+  await work((signal) => (isScan.value ? fitSegments : fitWhole)(given, signal));
+}
+
+/** Ask once more what the service did not answer. */
+export async function again(): Promise<void> {
+  phase.value = "asking";
+  if (!(await learn()) || phase.value !== "asking") return;
+  const followed = job.value;
+  if (followed) await watch(() => followed);
+  else if (source.value) await refit();
+  else phase.value = "empty";
 }
 
 /** Do something that may be canceled, and say what came of it. */
@@ -155,13 +182,13 @@ async function work(task: (signal: AbortSignal) => Promise<void>): Promise<void>
   underWay?.abort();
   const mine = (underWay = new AbortController());
   phase.value = "fitting";
-  problem.value = step.value = job.value = null;
+  problem.value = step.value = job.value = taken.value = null;
   try {
     await task(mine.signal);
     if (!mine.signal.aborted) phase.value = "answered";
   } catch (error) {
     if (mine.signal.aborted) return;
-    outcome.value = null;
+    if (error instanceof Refused) outcome.value = null;
     refuse(error);
   } finally {
     if (underWay === mine) underWay = null;
@@ -192,21 +219,22 @@ async function fitSegments(given: Source, signal: AbortSignal): Promise<void> {
 /** Have the segments fitted as a job, which goes on without the page. */
 export async function keep(): Promise<void> {
   const given = source.value;
-  if (!given) return;
-  await work(async (signal) => {
-    segments.value = [];
-    segment.value = null;
-    coloring.value = "kind";
-    await follow(await submit(given, options.value as Options), signal);
-  });
+  if (given) await watch(() => submit(given, options.value as Options));
 }
 
 /** Show what a job has found so far, and what it finds from now on. */
 export async function show(chosen: Job): Promise<void> {
   forget();
-  segments.value = [];
-  coloring.value = "kind";
-  await work((signal) => follow(chosen, signal));
+  await watch(() => chosen);
+}
+
+async function watch(begin: () => Job | Promise<Job>): Promise<void> {
+  await work(async (signal) => {
+    segments.value = [];
+    segment.value = null;
+    coloring.value = "kind";
+    await follow(await begin(), signal);
+  });
 }
 
 async function follow(chosen: Job, signal: AbortSignal): Promise<void> {
@@ -240,12 +268,13 @@ async function recall(): Promise<void> {
 export function cancel(): void {
   if (job.value) void drop(job.value);
   underWay?.abort();
-  phase.value = outcome.value || segments.value?.length ? "answered" : "empty";
+  phase.value = "canceled";
 }
 
 export async function download(which: string): Promise<void> {
   const given = source.value;
   if (!given) return;
+  taken.value = { words: `${which.replace(/_/g, " ")} is made…`, failed: false };
   try {
     const [name, content] = await artifact(given, options.value as Options, which);
     const link = document.createElement("a");
@@ -253,18 +282,22 @@ export async function download(which: string): Promise<void> {
     link.download = `${given.name.replace(/\.[^.]*$/, "")}-${name}`;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
-    said.value = `${name} is saved.`;
+    taken.value = { words: `${link.download} is saved.`, failed: false };
   } catch (error) {
-    said.value = error instanceof Refused ? error.problem.detail : "The service does not answer.";
+    const words = error instanceof Refused ? error.problem.detail : "The service does not answer.";
+    taken.value = { words, failed: true };
   }
 }
 
-export async function learn(): Promise<void> {
+/** Learn what the service can do; false if it does not say. */
+export async function learn(): Promise<boolean> {
   try {
     abilities.value = await capabilities();
     await recall();
+    return true;
   } catch (error) {
     refuse(error);
+    return false;
   }
 }
 

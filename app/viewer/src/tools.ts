@@ -2,6 +2,7 @@
 
 import { signal, effect } from "@preact/signals";
 import type { Vector } from "./geometry/vector";
+import { counted } from "./numbers";
 import * as state from "./state";
 
 export type Tool = "look" | "measure" | "lasso" | "box";
@@ -13,6 +14,21 @@ export const outline = signal<readonly Place[] | null>(null);
 export const chosen = signal<Uint8Array | null>(null);
 export const picked = signal<number | null>(null);
 export const measured = signal<readonly Vector[]>([]);
+
+/** What to do with the tool, or what came of it. */
+export const note = signal("");
+
+const HINTS: Record<Tool, string> = {
+  look: "",
+  measure: "Choose two points.",
+  lasso: "Draw around points.",
+  box: "Draw a box around points.",
+};
+
+effect(() => {
+  note.value = HINTS[tool.value];
+  outline.value = null;
+});
 
 effect(() => {
   state.cloud.value;
@@ -68,7 +84,7 @@ export function within(seen: Float64Array, line: readonly Place[]): void {
     }
   }
   chosen.value = n ? marks : null;
-  state.said.value = n ? `${n.toLocaleString("en")} points are selected.` : "No point is selected.";
+  note.value = n ? `${counted(n, "point")} selected.` : "No point is selected.";
 }
 
 /** Whether a ray to the right crosses the line an odd number of times. */

@@ -3,6 +3,8 @@
 import type { Options } from "../service/service";
 import * as state from "../state";
 
+const UNITS: readonly NonNullable<Options["unit"]>[] = ["um", "mm", "cm", "m", "km", "inch", "ft", "us-ft"];
+
 export function Ask() {
   const known = state.abilities.value;
   if (!known) return null;
@@ -50,13 +52,27 @@ export function Ask() {
           </select>
         </label>
         <label class="row">
+          Unit of the file
+          <select
+            value={state.options.value.unit ?? ""}
+            onChange={(event) => state.set("unit", (event.currentTarget.value || null) as Options["unit"])}
+          >
+            <option value="">as it says</option>
+            {UNITS.map((name) => (
+              <option key={name} value={name}>
+                {name}
+              </option>
+            ))}
+          </select>
+        </label>
+        <label class="row">
           Tolerance {state.unit.value && `[${state.unit.value}]`}
           <input
             type="text"
             inputMode="decimal"
             placeholder="none"
             value={tolerance ?? ""}
-            onChange={(event) => state.set("tolerance", number(event.currentTarget.value))}
+            onChange={(event) => state.set("tolerance", entered(event.currentTarget, number, NUMBER))}
           />
         </label>
         <Known />
@@ -87,7 +103,7 @@ function Known() {
           inputMode="decimal"
           placeholder="free"
           value={(radius && "value" in radius ? radius.value : null) ?? ""}
-          onChange={(event) => put("radius", fixed(number(event.currentTarget.value)))}
+          onChange={(event) => put("radius", fixed(entered(event.currentTarget, number, NUMBER)))}
         />
       </label>
       <label class="row">
@@ -96,11 +112,20 @@ function Known() {
           type="text"
           placeholder="free, or as 0 0 1"
           value={axis?.direction.join(" ") ?? ""}
-          onChange={(event) => put("axis", direction(event.currentTarget.value))}
+          onChange={(event) => put("axis", entered(event.currentTarget, direction, DIRECTION))}
         />
       </label>
     </>
   );
+}
+
+const [NUMBER, DIRECTION] = ["A number is needed, such as 0.5.", "Three numbers are needed, such as 0 0 1."];
+
+/** What was entered; what cannot be read is marked, and the form waits until it is mended. */
+function entered<T>(input: HTMLInputElement, read: (text: string) => T | null, needed: string): T | null {
+  const value = read(input.value);
+  input.setCustomValidity(value === null && input.value.trim() ? needed : "");
+  return value;
 }
 
 const number = (text: string): number | null => {

@@ -5,7 +5,7 @@ import { plain } from "../numbers";
 import * as state from "../state";
 
 export function Legend() {
-  if (state.coloring.value === "kind" && state.segments.value) return <Kinds />;
+  if (state.coloring.value === "kind" && state.segments.value?.length) return <Kinds />;
   if (!state.residuals.value || state.coloring.value === "label" || state.coloring.value === "plain") return null;
   if (state.coloring.value === "inlier") {
     return (
@@ -20,7 +20,9 @@ export function Legend() {
   return (
     <div class="legend">
       <div class="title">
-        signed residual{state.unit.value && ` [${state.unit.value}]`} <span class="key">○ left out</span>
+        residual from the {state.shown.value!.primitive.kind}
+        {state.unit.value && ` [${state.unit.value}]`}{" "}
+        {state.inliers.value && <span class="key">○ left out</span>}
       </div>
       <div class="bar" style={{ background: `linear-gradient(90deg, ${RAMP.map(css).join(", ")})` }}>
         {share !== null && (

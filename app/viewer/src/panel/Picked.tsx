@@ -12,7 +12,8 @@ export function Picked() {
   const inlying = state.inliers.value?.[at];
   return (
     <p class="picked" role="status">
-      Point {at + 1}: {place} {state.unit.value}
+      Point {at + 1}: {place}
+      {state.unit.value && ` ${state.unit.value}`}
       {residual !== undefined && <>, residual {plain(residual, 4)}</>}
       {inlying === 0 && <>, left out</>}
     </p>

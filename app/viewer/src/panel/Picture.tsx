@@ -4,13 +4,12 @@ import { effect, signal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { dimensionsOf, surfaceOf } from "../geometry/kinds";
 import type { Vector } from "../geometry/vector";
-import { plain } from "../numbers";
+import { closeTo, least, plain } from "../numbers";
 import { KINDS, LABELS } from "../scene/colors";
 import { View } from "../scene/scene";
 import type { Source } from "../service/service";
 import * as state from "../state";
-import { boxed, byArrow, chosen, measured, outline, picked, showBox, tool, within } from "../tools";
-import { Legend } from "./Legend";
+import { boxed, byArrow, chosen, measured, note, outline, picked, showBox, tool, within } from "../tools";
 
 export const withSurface = signal(true);
 export const withDimensions = signal(true);
@@ -23,10 +22,16 @@ let seen: Source | null = null;
 export function Picture() {
   const canvas = useRef<HTMLCanvasElement>(null);
   const tags = useRef<HTMLDivElement>(null);
+  const spot = useRef<HTMLDivElement>(null);
+  const placeAll = (): void => {
+    if (!view.value) return;
+    placeTags(view.value, tags.current!);
+    placeSpot(view.value, spot.current!);
+  };
   useEffect(() => {
     const made = new View(canvas.current!);
     view.value = made;
-    made.onFrame = () => placeTags(made, tags.current!);
+    made.onFrame = placeAll;
     const stops = [
       effect(() => {
         made.cloud(state.cloud.value);
@@ -42,13 +47,14 @@ export function Picture() {
   }, []);
   useSignalEffect(() => {
     lines();
-    requestAnimationFrame(() => view.value && placeTags(view.value, tags.current!));
+    picked.value;
+    requestAnimationFrame(placeAll);
   });
   return (
     <div class="picture">
       <canvas
         ref={canvas}
-        tabIndex={0}
+        tabIndex={state.cloud.value ? 0 : -1}
         role="img"
         aria-label={described()}
         aria-describedby="facts"
@@ -56,6 +62,7 @@ export function Picture() {
         onPointerDown={(event) => start(event)}
         onPointerMove={(event) => move(event)}
         onPointerUp={(event) => end(event)}
+        onPointerCancel={giveUp}
       />
       <div ref={tags} class="tags" aria-hidden="true">
         {lines().map(({ name, length }) => (
@@ -64,13 +71,13 @@ export function Picture() {
           </span>
         ))}
       </div>
+      <div ref={spot} class="spot" aria-hidden="true" hidden />
       {outline.value && (
         <svg class="outline" aria-hidden="true">
           <polygon points={outline.value.map((each) => each.join(",")).join(" ")} />
         </svg>
       )}
       <div class="aim" aria-hidden="true" />
-      <Legend />
     </div>
   );
 }
@@ -120,14 +127,29 @@ function lines(): Length[] {
   return shown;
 }
 
-/** At three quarters of each line, where lines that cross in their middles lie apart. */
+/** About as large is a tag [CSS pixels]. */
+const [BROAD, HIGH] = [120, 22];
+
+/** At three quarters of each line, where lines that cross in their middles lie apart; else below the others. */
 function placeTags(made: View, tags: HTMLElement): void {
+  const taken: (readonly [number, number])[] = [];
   lines().forEach(({ ends: [from, to] }, i) => {
     const [a, b] = [made.seen(from), made.seen(to)];
     const tag = tags.children[i] as HTMLElement | undefined;
-    const [x, y] = [0, 1].map((k) => 0.25 * a[k] + 0.75 * b[k]);
+    let [x, y] = [0, 1].map((k) => 0.25 * a[k] + 0.75 * b[k]);
+    if (x < tags.clientWidth) x = Math.min(x, tags.clientWidth - BROAD);
+    while (taken.some(([u, v]) => Math.abs(u - x) < BROAD && Math.abs(v - y) < HIGH)) y += HIGH;
+    taken.push([x, y]);
     tag?.style.setProperty("transform", `translate(${x}px, ${y}px)`);
   });
+}
+
+function placeSpot(made: View, spot: HTMLElement): void {
+  const at = picked.value;
+  spot.hidden = at === null || !state.cloud.value;
+  if (spot.hidden) return;
+  const [x, y] = made.seen(placeOf(at!));
+  spot.style.setProperty("transform", `translate(${x}px, ${y}px)`);
 }
 
 function described(): string {
@@ -219,14 +241,32 @@ function end(event: PointerEvent): void {
   else if (Math.hypot(to[0] - from[0], to[1] - from[1]) < 4) take(made, to);
 }
 
-/** Pick the point that is seen at a place, for one end of a length if one is measured. */
-function take(made: View, at: readonly [number, number]): void {
-  picked.value = made.pick(...at);
-  if (picked.value === null) state.said.value = "No point is there.";
-  else if (tool.value === "measure") measure(picked.value);
+/** The screen took the gesture for its own. */
+function giveUp(): void {
+  outline.value = pressed = null;
 }
 
-function measure(point: number): void {
-  const at = [...state.cloud.value!.xyz.subarray(3 * point, 3 * point + 3)] as unknown as Vector;
-  measured.value = measured.value.length === 1 ? [measured.value[0], at] : [at];
+/** So far from a point it is still meant, as by a finger [CSS pixels]. */
+const REACH = 15;
+
+function seenAt(made: View, [x, y]: readonly [number, number]): number | null {
+  const points = state.cloud.value;
+  return made.pick(x, y) ?? (points && least(made.seenAll(points), closeTo(x, y, REACH)));
+}
+
+/** Pick the point that is seen at a place, for one end of a length if one is measured. */
+function take(made: View, at: readonly [number, number]): void {
+  picked.value = seenAt(made, at);
+  if (picked.value === null) note.value = "No point is there.";
+  else if (tool.value === "measure") measure(placeOf(picked.value));
+  else note.value = "";
+}
+
+function placeOf(point: number): Vector {
+  return [...state.cloud.value!.xyz.subarray(3 * point, 3 * point + 3)] as unknown as Vector;
+}
+
+function measure(end: Vector): void {
+  measured.value = measured.value.length === 1 ? [measured.value[0], end] : [end];
+  note.value = measured.value.length === 1 ? "Choose the other end." : "";
 }

@@ -3,7 +3,7 @@
 import { useComputed, useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { unrolledOf } from "../geometry/kinds";
-import { plain } from "../numbers";
+import { closeTo, least, plain } from "../numbers";
 import { css, ramped } from "../scene/colors";
 import type { Coloring } from "../scene/points";
 import * as state from "../state";
@@ -20,16 +20,18 @@ const COLORINGS: [Coloring, string][] = [
 
 export function Residuals() {
   if (!state.cloud.value) return null;
+  const offered = known();
+  if (offered.length === 1) return null;
   return (
     <section aria-labelledby="residuals">
-      <h2 id="residuals">Residuals</h2>
+      <h2 id="residuals">{state.residuals.value ? "Residuals" : "Colors"}</h2>
       <label>
         Color by{" "}
         <select
-          value={state.coloring.value}
+          value={offered.includes(state.coloring.value) ? state.coloring.value : "plain"}
           onChange={(event) => (state.coloring.value = event.currentTarget.value as Coloring)}
         >
-          {COLORINGS.filter(([name]) => (name !== "label" && name !== "kind") || state.isScan.value).map(([name, words]) => (
+          {COLORINGS.filter(([name]) => offered.includes(name)).map(([name, words]) => (
             <option key={name} value={name}>
               {words}
             </option>
@@ -44,6 +46,18 @@ export function Residuals() {
       )}
     </section>
   );
+}
+
+/** What is known of the points to color them by. */
+function known(): Coloring[] {
+  const all: [Coloring, unknown][] = [
+    ["residual", state.residuals.value],
+    ["inlier", state.inliers.value],
+    ["label", state.isScan.value],
+    ["kind", state.isScan.value && state.segments.value?.length],
+    ["plain", true],
+  ];
+  return all.filter(([, there]) => there).map(([name]) => name);
 }
 
 function Histogram({ values, limit }: { values: Float64Array; limit: number }) {
@@ -111,8 +125,15 @@ function Unrolled() {
         width={WIDTH}
         height={HEIGHT}
         role="img"
-        aria-label={`The ${at.primitive.kind} rolled out, its points colored by residual.`}
+        aria-label={`The ${at.primitive.kind} rolled out, its points colored by residual. Arrow keys pick a point.`}
+        tabIndex={0}
         onClick={(event) => chart.value && (picked.value = closest(chart.value.places, event))}
+        onKeyDown={(event) => {
+          const next = chart.value && neighbor(chart.value.places, picked.value, event.key);
+          if (next === null) return;
+          picked.value = next;
+          event.preventDefault();
+        }}
       />
       <figcaption>
         {across} →, {up} ↑
@@ -186,10 +207,24 @@ function closest(places: Float64Array, event: MouseEvent): number | null {
   const canvas = event.currentTarget as HTMLCanvasElement;
   const x = (event.offsetX * canvas.width) / canvas.clientWidth;
   const y = (event.offsetY * canvas.height) / canvas.clientHeight;
-  let [best, found]: [number, number | null] = [15 ** 2, null];
-  for (let i = 0; i < places.length / 2; i++) {
-    const away = (places[2 * i] - x) ** 2 + (places[2 * i + 1] - y) ** 2;
-    if (away < best) [best, found] = [away, i];
-  }
-  return found;
+  return least(places, closeTo(x, y, 15));
+}
+
+const ARROWS: Record<string, readonly [number, number]> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, -1],
+  ArrowDown: [0, 1],
+};
+
+/** The next point in the direction of an arrow, or the one in the middle to begin with; null for other keys. */
+function neighbor(places: Float64Array, from: number | null, key: string): number | null {
+  if (!(key in ARROWS)) return null;
+  const [right, down] = ARROWS[key];
+  if (from === null) return least(places, (u, v) => Math.hypot(u - WIDTH / 2, v - HEIGHT / 2));
+  return least(places, (u, v) => {
+    const [x, y] = [u - places[2 * from], v - places[2 * from + 1]];
+    const [ahead, aside] = [x * right + y * down, Math.abs(x * down) + Math.abs(y * right)];
+    return ahead > 0 && aside <= ahead ? ahead + aside : Infinity;
+  });
 }

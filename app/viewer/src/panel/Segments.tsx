@@ -4,11 +4,12 @@ import { plain } from "../numbers";
 import { KINDS, LABELS, css } from "../scene/colors";
 import type { Line } from "../service/service";
 import * as state from "../state";
-import { chosen, fitChosen } from "../tools";
+import { chosen as selected, fitChosen } from "../tools";
 
 export function Segments() {
   const lines = state.segments.value;
-  if (lines === null) return null;
+  if (lines === null || (!lines.length && state.cloud.value)) return null;
+  const chosen = state.segment.value === null ? null : lines[state.segment.value];
   return (
     <section aria-labelledby="segments">
       <h2 id="segments">Segments</h2>
@@ -27,6 +28,7 @@ export function Segments() {
           ))}
         </ul>
       </div>
+      {chosen && "problem" in chosen && <p class="warning">{chosen.problem.detail}</p>}
       {state.members.value && (
         <button type="button" onClick={() => void alone()}>
           Open this segment alone
@@ -43,7 +45,7 @@ function look(i: number): void {
 }
 
 async function alone(): Promise<void> {
-  chosen.value = state.members.value;
+  selected.value = state.members.value;
   await fitChosen();
 }
 

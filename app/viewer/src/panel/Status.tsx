@@ -1,7 +1,7 @@
 /** Where it stands: what to do first, what is under way, what went wrong. */
 
 import { counted } from "../numbers";
-import { key, type Job } from "../service/service";
+import { key, type Job, type Problem } from "../service/service";
 import * as state from "../state";
 
 export function Status() {
@@ -10,6 +10,10 @@ export function Status() {
       return <Empty />;
     case "reading":
       return <p class="status busy">Reading {state.source.value?.name}…</p>;
+    case "asking":
+      return <p class="status busy">Asking the service…</p>;
+    case "canceled":
+      return <p class="status">Canceled.{state.answer.value || state.segments.value?.length ? " What was found stays." : ""}</p>;
     case "fitting":
       return (
         <p class="status busy">
@@ -25,9 +29,7 @@ export function Status() {
         <section class="status problem" role="alert">
           <h2>The service does not answer</h2>
           <p>It may have stopped, or the network is down. What is shown here stays.</p>
-          <button type="button" onClick={() => void again()}>
-            Try again
-          </button>
+          <Again />
         </section>
       );
     case "refused":
@@ -85,11 +87,11 @@ function Kept({ job }: { job: Job }) {
   return (
     <li>
       <span>
-        {when}: {ended ? job.status : `${job.status}, ${job.progress} %`}
-      </span>{" "}
+        {when}: {ended ? job.status : `${job.status}, ${job.progress}%`}
+      </span>
       <button type="button" aria-label={`Show the job of ${when}`} onClick={() => void state.show(job)}>
         Show
-      </button>{" "}
+      </button>
       <button type="button" aria-label={`${ended ? "Remove" : "Cancel"} the job of ${when}`} onClick={() => void state.drop(job)}>
         {ended ? "Remove" : "Cancel"}
       </button>
@@ -97,22 +99,28 @@ function Kept({ job }: { job: Job }) {
   );
 }
 
-async function again(): Promise<void> {
-  state.phase.value = "empty";
-  await state.learn();
-  if (state.phase.value === "empty") await state.refit();
+function Again() {
+  return (
+    <button type="button" onClick={() => void state.again()}>
+      Try again
+    </button>
+  );
 }
+
+/** Whether the same may be answered later; what is wrong with a file or an option has to be changed first. */
+const mayPass = ({ status }: Problem): boolean => status === 429 || status >= 500 || !state.source.value;
 
 function Refusal() {
   const told = state.problem.value;
   if (!told) return null;
+  const more = (told.errors ?? []).filter(({ message }) => !told.detail.includes(message));
   return (
     <section class="status problem" role="alert">
       <h2>{told.title}</h2>
       <p>{told.detail}</p>
-      {(told.errors ?? []).length > 0 && (
+      {more.length > 0 && (
         <ul>
-          {told.errors!.map(({ field, message, value }) => (
+          {more.map(({ field, message, value }) => (
             <li key={field}>
               <strong>{field}</strong>: {message}
               {value !== null && value !== undefined && ` (given: ${value})`}
@@ -120,7 +128,7 @@ function Refusal() {
           ))}
         </ul>
       )}
-      {told.status === 401 && <Key />}
+      {told.status === 401 ? <Key /> : mayPass(told) && <Again />}
     </section>
   );
 }
@@ -131,7 +139,7 @@ function Key() {
       onSubmit={(event) => {
         event.preventDefault();
         key.set(String(new FormData(event.currentTarget).get("key")));
-        void again();
+        void state.again();
       }}
     >
       <label class="row">

@@ -1,23 +1,32 @@
 /** What can be taken along: files, and the lines that give the same answer elsewhere. */
 
 import { signal } from "@preact/signals";
+import { key } from "../service/service";
 import * as state from "../state";
 
 const copied = signal("");
 
 export function Take() {
-  const [known, given] = [state.abilities.value, state.source.value];
-  if (!known || !given || !state.answer.value) return null;
+  const [known, given, taken] = [state.abilities.value, state.source.value, state.taken.value];
+  const isScan = state.segments.value !== null;
+  if (!known || !given || !(isScan ? state.segments.value!.length : state.answer.value)) return null;
   return (
     <section aria-labelledby="take">
       <h2 id="take">Take along</h2>
-      <div class="buttons">
-        {known.artifacts.map((name) => (
-          <button type="button" key={name} onClick={() => void state.download(name)}>
-            {name.replace(/_/g, " ")}
-          </button>
-        ))}
-      </div>
+      {!isScan && (
+        <div class="buttons">
+          {known.artifacts.map((name) => (
+            <button type="button" key={name} onClick={() => void state.download(name)}>
+              {name.replace(/_/g, " ")}
+            </button>
+          ))}
+        </div>
+      )}
+      {taken && (
+        <p role="status" class={taken.failed ? "warning" : undefined}>
+          {taken.words}
+        </p>
+      )}
       <div class="buttons">
         <Copy name="curl" text={curl} />
         <Copy name="Python" text={python} />
@@ -43,15 +52,22 @@ function Copy({ name, text }: { name: string; text: () => string }) {
 
 const quoted = (text: string): string => `'${text.replace(/'/g, `'\\''`)}'`;
 
+/** The key itself stays in the page: the line takes it from the environment. */
 function curl(): string {
   const options = JSON.stringify(state.options.value);
   const asked = options === "{}" ? "" : ` -F ${quoted(`options=${options}`)}`;
-  return `curl ${new URL("fit", location.href).href} -F ${quoted(`file=@${state.source.value!.name}`)}${asked}`;
+  const allowed = key.get() ? ' -H "X-API-Key: $PRIMFIT_KEY"' : "";
+  const address = new URL(state.segments.value ? "fit/batch?labels=auto" : "fit", location.href).href;
+  return `curl ${quoted(address)}${allowed} -F ${quoted(`file=@${state.source.value!.name}`)}${asked}`;
 }
 
 function python(): string {
-  const said = Object.entries(state.options.value).map(([name, value]) => `, ${name}=${literal(value)}`);
-  return `import primfit\n\nanswer = primfit.fit(${JSON.stringify(state.source.value!.name)}${said.join("")})\nprint(answer.primitive)`;
+  const said = Object.entries(state.options.value).map(([name, value]) => `, ${name}=${literal(value)}`).join("");
+  const name = JSON.stringify(state.source.value!.name);
+  const lines = state.segments.value
+    ? [`for segment in primfit.fit_segments(primfit.read(${name}, labels="auto")${said}):`, "    print(repr(segment))"]
+    : [`answer = primfit.fit(${name}${said})`, "print(answer.primitive)"];
+  return ["import primfit", "", ...lines].join("\n");
 }
 
 function literal(value: unknown): string {

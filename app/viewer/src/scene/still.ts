@@ -28,8 +28,10 @@ uniform highp sampler2D seen, depths;
 in vec2 at;
 out vec4 color;
 void main() {
+  float depth = texture(depths, at).r;
+  if (depth == 1.0) discard; // the ground, which three has cleared in another color space
   color = vec4(texture(seen, at).rgb, 1.0);
-  gl_FragDepth = texture(depths, at).r;
+  gl_FragDepth = depth;
 }`;
 
 export class Still {

@@ -54,7 +54,7 @@ export async function fit(
 ): Promise<Fit> {
   const response = await ask("fit/export?artifacts=residuals_ply", posted(given, options, signal));
   if (response.status === 422) {
-    const problem: Problem = await response.json();
+    const problem = await problemOf(response);
     if (!problem.type.endsWith(":nothing-to-export")) throw new Refused(problem);
     const plain = await accepted(await ask("fit", posted(given, options, signal)));
     return { answer: await plain.json(), points: null };
@@ -173,7 +173,12 @@ function ask(path: string, init: RequestInit): Promise<Response> {
 
 async function accepted(response: Response): Promise<Response> {
   if (response.ok) return response;
-  throw new Refused(await response.json().catch(() => plain(response)));
+  throw new Refused(await problemOf(response));
+}
+
+async function problemOf(response: Response): Promise<Problem> {
+  const told = await response.json().catch(() => null);
+  return told?.title && told.type ? told : plain(response);
 }
 
 /** Of an answer that is none of the service's: that of a proxy, say. */
