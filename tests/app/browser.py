@@ -6,7 +6,7 @@ import shutil
 import socket
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,9 @@ import pytest
 
 PATIENCE = 60.0
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
+TAB, ENTER, ESCAPE, SPACE, SHIFT = "\ue004", "\ue007", "\ue00c", " ", "\ue008"
+LEFT, UP, RIGHT, DOWN, HOME = "\ue012", "\ue013", "\ue014", "\ue015", "\ue011"
+"""Keys, by the WebDriver protocol."""
 FLAGS = (
     "--headless",
     "--no-sandbox",
@@ -74,12 +77,53 @@ class Browser:
     def type(self, selector: str, text: str) -> None:
         self._call(f"{self.element(selector)}/value", {"text": text})
 
-    def resize(self, width: int) -> None:
-        """Show the page on a screen of this width."""
+    def press(self, *keys: str, shift: bool = False) -> None:
+        """Press keys, one after the other, on what has the focus."""
+        strokes = [{"type": way, "value": key} for key in keys for way in ("keyDown", "keyUp")]
+        if shift:
+            held = {"value": SHIFT}
+            strokes = [{"type": "keyDown", **held}, *strokes, {"type": "keyUp", **held}]
+        self._act({"type": "key", "id": "keys", "actions": strokes})
+
+    def drag(self, *places: tuple[float, float]) -> None:
+        """Move the mouse along places of the window [CSS pixels] with its button down; one is a click."""
+        (x, y), *others = places
+        steps: list[dict[str, Any]] = [{"type": "pointerMove", "x": round(x), "y": round(y), "duration": 0}]
+        steps += [{"type": "pointerDown", "button": 0}]
+        steps += [{"type": "pointerMove", "x": round(u), "y": round(v), "duration": 20} for u, v in others]
+        steps += [{"type": "pointerUp", "button": 0}]
+        self._act(
+            {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": steps}
+        )
+
+    def _act(self, source: Mapping[str, Any]) -> None:
+        self._call(f"{self._session}/actions", {"actions": [source]})
+
+    def touch(self, *places: tuple[float, float]) -> None:
+        """Move a finger along places of the window [CSS pixels]."""
+        for kind, place in zip(["touchStart", *["touchMove"] * (len(places) - 1)], places, strict=True):
+            self.command(
+                "Input.dispatchTouchEvent", type=kind, touchPoints=[dict(zip("xy", place, strict=True))]
+            )
+        self.command("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
+    def resize(self, width: int, height: int = 900) -> None:
+        """Show the page on a screen of this size."""
         mobile = width < 500
         self.command(
-            "Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=mobile
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=mobile,
         )
+
+    def prefer(self, **features: str) -> None:
+        """What the user has asked the system for, such as `color_scheme="dark"`; nothing for the usual."""
+        told = [
+            {"name": f"prefers-{name.replace('_', '-')}", "value": value} for name, value in features.items()
+        ]
+        self.command("Emulation.setEmulatedMedia", features=told)
 
     def command(self, name: str, **params: Any) -> Any:
         """A command of Chromium's own protocol."""

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -87,6 +88,20 @@ def workers(pid: int) -> list[int]:
             parents[int(stat.parent.name)] = int(stat.read_text().rpartition(")")[2].split()[1])
     forkers = {child for child, parent in parents.items() if parent == pid}
     return [child for child, parent in parents.items() if parent in forkers]
+
+
+@contextmanager
+def stopped(service: Service) -> Iterator[None]:
+    """The workers of the service do nothing."""
+    held = workers(service.pid)
+    for worker in held:
+        os.kill(worker, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        for worker in held:
+            with contextlib.suppress(ProcessLookupError):  # it was ended, since its client has left
+                os.kill(worker, signal.SIGCONT)
 
 
 class Background(threading.Thread):
