@@ -5,7 +5,8 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import Any, overload
-from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
+from zlib import compress
 
 import orjson
 
@@ -253,16 +254,21 @@ def bundle(answer: bytes, fitted: Fitted, wanted: Wanted) -> bytes:
     ]
     stream = BytesIO()
     with ZipFile(stream, "w", ZIP_DEFLATED) as archive:
-        archive.writestr(_entry("answer.json"), answer)
+        _add(archive, "answer.json", answer)
         for name, each in found.items():
             if each.content is not None:
-                archive.writestr(_entry(FORMATS[name].file_name), each.content)
+                _add(archive, FORMATS[name].file_name, each.content)
         if said:
-            archive.writestr(_entry("problems.json"), orjson.dumps(said, option=orjson.OPT_INDENT_2))
+            _add(archive, "problems.json", orjson.dumps(said, option=orjson.OPT_INDENT_2))
     return stream.getvalue()
 
 
-def _entry(name: str) -> ZipInfo:
-    entry = ZipInfo(name)
-    entry.compress_type = ZIP_DEFLATED
-    return entry
+_SAMPLE, _SHRUNK = 64 * 1024, 0.8
+"""Bytes at the beginning of a file, and the share of them that is left where packing is worth its time."""
+
+
+def _add(archive: ZipFile, name: str, content: bytes) -> None:
+    """Add a file; coordinates hardly shrink, and packing them takes longer than the fit."""
+    entry, sample = ZipInfo(name), content[:_SAMPLE]
+    entry.compress_type = ZIP_DEFLATED if len(compress(sample, 1)) < _SHRUNK * len(sample) else ZIP_STORED
+    archive.writestr(entry, content)

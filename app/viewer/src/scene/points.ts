@@ -7,6 +7,7 @@ import {
   Points,
   RawShaderMaterial,
   GLSL3,
+  Sphere,
 } from "three";
 import type { Cloud } from "../cloud";
 import { LABELS, PLAIN, RAMP, type Color } from "./colors";
@@ -97,7 +98,7 @@ export class PointSet {
     geometry.setAttribute("position", new BufferAttribute(places, 3, true));
     geometry.setAttribute("value", new BufferAttribute(new Int16Array(cloud.n), 1, true));
     geometry.setAttribute("mark", whole(new Uint8Array(2 * cloud.n)));
-    geometry.boundingSphere = null;
+    geometry.boundingSphere = new Sphere(undefined, 1);
     const material = new RawShaderMaterial({
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
