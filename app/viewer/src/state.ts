@@ -112,7 +112,7 @@ export const limit = computed<number>(() => {
 const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
 
 /** Milliseconds: between two looks at a job, and for which the service waits until points are shown. */
-const [LOOK, MOMENT] = [1000, 300];
+const [LOOK, MOMENT] = [1000, 150];
 const pause = (time: number): Promise<void> => new Promise((done) => setTimeout(done, time));
 const reader = wrap<Reader>(new Worker("viewer/reader.js", { type: "module" }));
 let underWay: AbortController | null = null;

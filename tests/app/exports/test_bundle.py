@@ -85,6 +85,22 @@ def test_nothing_to_export_is_a_problem(service: Any) -> None:
     assert response.json()["type"] == "urn:primfit:problem:nothing-to-export"
 
 
+def test_only_what_shrinks_is_packed(service: Any) -> None:
+    rng = np.random.default_rng(0)
+    points = rng.normal(0, 1, (2000, 3))
+    points *= rng.normal(1, 0.01, (2000, 1)) / np.linalg.norm(points, axis=1, keepdims=True)
+    content = io.BytesIO()
+    np.save(content, points)
+    response = _export(service, content.getvalue(), "application/x-npy", artifacts="residuals_ply,csv,report")
+    with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+        assert archive.testzip() is None
+        packing = {each.filename: each.compress_type for each in archive.infolist()}
+        (ply,) = [each for each in archive.infolist() if each.filename.endswith(".ply")]
+    assert packing.pop(ply.filename) == zipfile.ZIP_STORED
+    assert packing["answer.json"] == zipfile.ZIP_DEFLATED
+    assert len(packing) == 3
+
+
 def _names(response: Any) -> tuple[list[str], list[dict[str, str]]]:
     with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
         names = archive.namelist()

@@ -2,6 +2,7 @@
 
 import gzip
 import io
+from collections.abc import Callable
 from typing import Any
 
 import httpx
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from primfit.benchmark.service import csv, npy
 from tests.app import npm
 from tests.app.browser import Browser, needs_browser
 from tests.app.serving import ALICE
@@ -151,6 +153,15 @@ def test_a_file_that_only_the_service_reads_is_shown(viewer: Browser) -> None:
     packed = gzip.compress((ROOT / "samples" / "pipe.ply").read_bytes())
     drop(viewer, packed, "pipe.ply.gz")
     assert answered(viewer) == "A cylinder"
+    assert _lit(viewer) > 3000
+
+
+@pytest.mark.parametrize("write", [npy, csv])
+def test_points_are_shown_before_they_are_fitted(viewer: Browser, write: Callable[[Any], bytes]) -> None:
+    """While the service is not there, what the page reads itself is seen."""
+    viewer.run("window.fetch = () => new Promise(() => undefined)")
+    drop(viewer, write(np.random.default_rng(0).normal(0, 1, (3000, 3))), "cloud")
+    viewer.wait_for("performance.getEntriesByName('points').length > 0")
     assert _lit(viewer) > 3000
 
 

@@ -78,6 +78,22 @@ void main() {
 
 const flat = (colors: readonly Color[]): ThreeColor[] => colors.map((each) => new ThreeColor().setRGB(...each));
 
+/** Of all clouds, one after the other: made once, it is compiled once. */
+export const POINTS = new RawShaderMaterial({
+  vertexShader: VERTEX,
+  fragmentShader: FRAGMENT,
+  glslVersion: GLSL3,
+  uniforms: {
+    size: { value: 3 },
+    coloring: { value: 0 },
+    hasChosen: { value: 0 },
+    picking: { value: false },
+    ramp: { value: flat(RAMP) },
+    kinds: { value: flat(LABELS) },
+    plain: { value: flat([PLAIN])[0] },
+  },
+});
+
 export class PointSet {
   readonly object: Points<BufferGeometry, RawShaderMaterial>;
   /** From the point at one place to that at the next: the first of them are a fair sample. */
@@ -99,21 +115,7 @@ export class PointSet {
     geometry.setAttribute("value", new BufferAttribute(new Int16Array(cloud.n), 1, true));
     geometry.setAttribute("mark", whole(new Uint8Array(2 * cloud.n)));
     geometry.boundingSphere = new Sphere(undefined, 1);
-    const material = new RawShaderMaterial({
-      vertexShader: VERTEX,
-      fragmentShader: FRAGMENT,
-      glslVersion: GLSL3,
-      uniforms: {
-        size: { value: 3 },
-        coloring: { value: 0 },
-        hasChosen: { value: 0 },
-        picking: { value: false },
-        ramp: { value: flat(RAMP) },
-        kinds: { value: flat(LABELS) },
-        plain: { value: flat([PLAIN])[0] },
-      },
-    });
-    this.object = new Points(geometry, material);
+    this.object = new Points(geometry, POINTS);
     this.object.frustumCulled = false;
   }
 
@@ -164,7 +166,6 @@ export class PointSet {
 
   dispose(): void {
     this.object.geometry.dispose();
-    this.object.material.dispose();
   }
 }
 

@@ -13,6 +13,7 @@ import {
   Mesh,
   MeshBasicMaterial,
   PerspectiveCamera,
+  Points,
   Quaternion,
   Raycaster,
   Scene,
@@ -28,7 +29,7 @@ import type { Cloud } from "../cloud";
 import type { Flat, Patch } from "../geometry/kind";
 import type { Vector } from "../geometry/vector";
 import { framed, linesOf, meshOf, type Framed } from "./mesh";
-import { PointSet, type Look } from "./points";
+import { POINTS, PointSet, type Look } from "./points";
 import { Still } from "./still";
 
 CameraControls.install({
@@ -41,6 +42,16 @@ const FRAME = 60;
 const AT_ONCE = 50_000;
 const FEWEST = 5_000;
 const FIT_TO_VIEW = 1.05;
+
+const SURFACE = new MeshBasicMaterial({
+  color: 0x9fc6e8,
+  transparent: true,
+  opacity: 0.16,
+  side: DoubleSide,
+  depthWrite: false,
+});
+const RIMS = new LineBasicMaterial({ color: 0xbcd9f2, transparent: true, opacity: 0.55 });
+const LENGTHS = new LineBasicMaterial({ color: 0xffffff, depthTest: false });
 
 export class View {
   private readonly renderer: WebGLRenderer;
@@ -77,11 +88,21 @@ export class View {
     this.controls.minDistance = 0.05;
     this.controls.maxDistance = 30;
     this.scene.add(this.still.object);
+    this.compile();
     for (const event of ["controlstart", "wake"] as const) this.controls.addEventListener(event, () => this.moves(true));
     for (const event of ["controlend", "sleep"] as const) this.controls.addEventListener(event, () => this.moves(false));
     for (const event of ["control", "transitionstart"] as const) this.controls.addEventListener(event, () => this.wake());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
     this.resize();
+  }
+
+  /** Have all shaders ready before they are needed; whether they are right is no question of each visit. */
+  private compile(): void {
+    this.renderer.debug.checkShaderErrors = false;
+    const [all, none] = [new Scene(), new BufferGeometry()];
+    none.setAttribute("position", new BufferAttribute(new Float32Array(3), 3));
+    all.add(new Points(none, POINTS), new Mesh(none, SURFACE), new LineSegments(none, RIMS), new Line(none, LENGTHS));
+    this.renderer.compile(all, this.camera);
   }
 
   /** Show these points, seen from a little above; null shows nothing. */
@@ -114,19 +135,9 @@ export class View {
     }
     this.surface = [];
     if (surface) {
-      const material = new MeshBasicMaterial({
-        color: 0x9fc6e8,
-        transparent: true,
-        opacity: 0.16,
-        side: DoubleSide,
-        depthWrite: false,
-      });
       this.surface = [
-        new Mesh(meshOf(surface, this.place), material),
-        new LineSegments(
-          linesOf(surface, this.place),
-          new LineBasicMaterial({ color: 0xbcd9f2, transparent: true, opacity: 0.55 }),
-        ),
+        new Mesh(meshOf(surface, this.place), SURFACE),
+        new LineSegments(linesOf(surface, this.place), RIMS),
       ];
       this.surface.forEach((each) => this.scene.add(each));
     }
@@ -142,7 +153,7 @@ export class View {
     this.lines = pairs.map((pair) => {
       const geometry = new BufferGeometry();
       geometry.setAttribute("position", new BufferAttribute(Float32Array.from(pair.flatMap(this.place)), 3));
-      const line = new Line(geometry, new LineBasicMaterial({ color: 0xffffff, depthTest: false }));
+      const line = new Line(geometry, LENGTHS);
       line.renderOrder = 1;
       this.scene.add(line);
       return line;
