@@ -11,7 +11,7 @@ from tests.installing import ROOT
 from tests.test_packaging import PROJECT
 
 LOCKS = ROOT / "requirements"
-EXTRAS = {"image": ("postgres",), "full": ("bench", "cad", "e57", "otel", "postgres"), "dev": ("dev",)}
+EXTRAS = {"image": ("postgres",), "full": ("bench", "cad", "e57", "mcp", "otel", "postgres"), "dev": ("dev",)}
 
 
 def _pins(name: str) -> dict[str, list[Requirement]]:
