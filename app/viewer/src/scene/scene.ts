@@ -271,7 +271,8 @@ export class View {
     this.last = now;
     const turned = this.controls.update(Math.min(0.1, took / 1000));
     if (turned) {
-      this.atOnce = Math.max(FEWEST, this.atOnce * (took > FRAME ? 0.7 : 1.1));
+      const all = this.points?.n ?? AT_ONCE;
+      this.atOnce = Math.max(FEWEST, Math.min(all, this.atOnce * (took > FRAME ? 0.7 : 1.1)));
       this.stale = "points";
     }
     if (this.stale === "points") this.drawSample();

@@ -55,9 +55,9 @@ export class Still {
     this.object.renderOrder = -1;
   }
 
+  /** To be begun anew after it. */
   resize(width: number, height: number): void {
     this.target.setSize(width, height);
-    this.drawn = 0;
   }
 
   /** Begin anew. */
