@@ -81,7 +81,7 @@ def lines(text: bytes, wanted: re.Pattern[str]) -> Iterator[tuple[int, str]]:
     Millions of blank lines and comments cost a search, not a step each. For a text that passes `check_lines`.
     """
     number = 1
-    for piece in map(_decoded, _pieces(text.removeprefix(BOM))):
+    for piece in map(_decoded, pieces(text.removeprefix(BOM))):
         if wanted.search(piece):
             for at, line in enumerate(piece.split("\n"), number):
                 if line:
@@ -89,9 +89,8 @@ def lines(text: bytes, wanted: re.Pattern[str]) -> Iterator[tuple[int, str]]:
         number += piece.count("\n")
 
 
-def _pieces(text: bytes) -> Iterator[bytes]:
-    """The text, cut between lines."""
-    start = 0
+def pieces(text: bytes, start: int = 0) -> Iterator[bytes]:
+    """The text from `start` on, cut between lines."""
     while start < len(text):
         end = start + _PIECE
         if end < len(text):

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .cloud import Cloud, build_cloud, string_labels
+from .cloud import Array, Cloud, build_cloud, string_labels
 from .columns import FOUND, Pick
 from .errors import SHOWN, FieldError, InvalidPointsError, UnreadableFileError
 from .formats import NAMES
 from .limits import UNLIMITED, Limits
 from .lines import COUNTED, cells_of, check_lines, counted, is_number, lines, plain_numbers, runs_on
+from .plain import load_plain
 from .tables import COMMENT, ROW, Layout, look
 from .unnamed import check_first
 
@@ -34,18 +35,15 @@ def read_text(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) 
         raise UnreadableFileError("file", f"neither text nor another format that is read: {NAMES}")
     limits.check_points(text.count(b"\n") // 2 - 1000)
     layout = look(text, pick)
-    cells: list[str] = []
     scans: list[_Scan] = []
-    try:
-        table = _load(text, layout, cells, scans)
-    except ValueError:
-        raise _explain(text, layout) from None
+    table, labels = load_plain(text, layout) or _load_any(text, layout, scans)
+    if layout.announced is not None and not scans:
+        scans.append(_Scan(layout.announced, len(table)))
     limits.check_points(len(table))
     if layout.by_place:
         check_first(table[:, 0], layout.width, layout.columns.points[0])
         table = table[:, len(layout.read) - len(layout.columns.used) :]
-    found = None if layout.columns.label is None else _labels(cells)
-    cloud = build_cloud(table, layout.columns.packed(), "text", found)
+    cloud = build_cloud(table, layout.columns.packed(), "text", labels)
     return replace(cloud, warnings=cloud.warnings + _wrong_counts(scans))
 
 
@@ -104,7 +102,17 @@ def _width(line: str, layout: Layout) -> int:
     return line.count(layout.delimiter) + 1
 
 
-def _load(text: bytes, layout: Layout, labels: list[str], scans: list[_Scan]) -> np.ndarray:
+def _load_any(text: bytes, layout: Layout, scans: list[_Scan]) -> tuple[Array, NDArray[Any] | None]:
+    """The same; raises `UnreadableFileError` naming rows that hold no points."""
+    cells: list[str] = []
+    try:
+        table = _load(text, layout, cells, scans)
+    except ValueError:
+        raise _explain(text, layout) from None
+    return table, None if layout.columns.label is None else _labels(cells)
+
+
+def _load(text: bytes, layout: Layout, labels: list[str], scans: list[_Scan]) -> Array:
     """The used columns as a table; ragged rows and words raise ValueError.
 
     Cells of labels go to `labels`, and what the count lines of a PTS file tell to `scans`.

@@ -1,6 +1,6 @@
 /** The residuals as a histogram, and on the surface rolled out. */
 
-import { useComputed, useSignalEffect } from "@preact/signals";
+import { useSignal, useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { unrolledOf } from "../geometry/kinds";
 import { closeTo, least, plain } from "../numbers";
@@ -102,7 +102,12 @@ interface Chart {
 /** Points on the unrolled surface; one that is clicked is picked in the picture, too. */
 function Unrolled() {
   const canvas = useRef<HTMLCanvasElement>(null);
-  const chart = useComputed(charted);
+  const chart = useSignal<Chart | null>(null);
+  useSignalEffect(() => {
+    chart.value = null;
+    const make = charting();
+    return make ? afterPaint(() => (chart.value = make())) : undefined;
+  });
   useSignalEffect(() => {
     const context = canvas.current?.getContext("2d");
     if (!context || !chart.value) return;
@@ -129,7 +134,7 @@ function Unrolled() {
         tabIndex={0}
         onClick={(event) => chart.value && (picked.value = closest(chart.value.places, event))}
         onKeyDown={(event) => {
-          const next = chart.value && neighbor(chart.value.places, picked.value, event.key);
+          const next = chart.value ? neighbor(chart.value.places, picked.value, event.key) : null;
           if (next === null) return;
           picked.value = next;
           event.preventDefault();
@@ -142,12 +147,26 @@ function Unrolled() {
   );
 }
 
-function charted(): Chart | null {
+/** How the map of what is shown now is made; null where there is none. */
+function charting(): (() => Chart) | null {
   const [shown, cloud, values] = [state.shown.value, state.cloud.value, state.residuals.value];
+  const [limit, inlying] = [state.limit.value, state.inliers.value];
   const surface = shown && unrolledOf(shown.primitive, shown.extents);
   if (!surface || !cloud || !values) return null;
-  const places = placed(cloud.n, (i) => surface.at(...coordinates(cloud.xyz, i)), values);
-  return { places, image: painted(places, values) };
+  return () => {
+    const places = placed(cloud.n, (i) => surface.at(...coordinates(cloud.xyz, i)), values);
+    return { places, image: painted(places, values, limit || 1, inlying) };
+  };
+}
+
+/** Do something once what changed has been painted; what is returned takes it back. */
+function afterPaint(task: () => void): () => void {
+  let timer = 0;
+  const frame = requestAnimationFrame(() => (timer = setTimeout(task)));
+  return () => {
+    cancelAnimationFrame(frame);
+    clearTimeout(timer);
+  };
 }
 
 const coordinates = (xyz: Float64Array, i: number): [number, number, number] => [
@@ -178,10 +197,9 @@ function placed(n: number, at: (i: number) => readonly [number, number], values:
 }
 
 /** Points as squares, those that were left out as larger ones that are empty. */
-function painted(places: Float64Array, values: Float64Array): ImageData {
+function painted(places: Float64Array, values: Float64Array, limit: number, inlying: Uint8Array | null): ImageData {
   const image = new ImageData(WIDTH, HEIGHT);
   const pixels = new Uint32Array(image.data.buffer);
-  const [limit, inlying] = [state.limit.value || 1, state.inliers.value];
   for (let i = 0; i < values.length; i++) {
     if (values[i] !== values[i]) continue;
     const [x, y] = [Math.round(places[2 * i]), Math.round(places[2 * i + 1])];

@@ -2,7 +2,7 @@ import type { Cloud } from "../cloud";
 import { Labelling, cloudOf, columnsOf, type Columns } from "./table";
 
 const COMMENT = /^\s*(#|\/\/)\s*/;
-const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$/;
+const NUMBER = /^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*$/;
 
 /** Rows of columns between commas, semicolons, tabs or spaces; null where that is not what it is. */
 export function readText(text: string): Cloud | null {
@@ -23,8 +23,8 @@ export function readText(text: string): Cloud | null {
   for (const line of lines.slice(first)) {
     if (line === "" || COMMENT.test(line)) continue;
     const cells = cut(line);
-    for (let k = 0; k < 3; k++) values[3 * n + k] = Number(cells[xyz[k]] || NaN);
-    if (label !== null) labelling.add(worded(cells[label] ?? ""));
+    for (let k = 0; k < 3; k++) values[3 * n + k] = Number(cells[xyz[k]]?.trim() || NaN);
+    if (label !== null) labelling.add(worded((cells[label] ?? "").trim()));
     n++;
   }
   return cloudOf(values.slice(0, 3 * n), label === null ? null : labelling.finished());
@@ -38,9 +38,10 @@ const isRow = (line: string): boolean => {
 
 function cutter(line: string): (line: string) => string[] {
   const by = line.includes(";") ? ";" : line.includes(",") ? "," : null;
-  return by === null
-    ? (each) => each.trim().split(/\s+/)
-    : (each) => each.split(by).map((cell) => cell.trim().replace(/^"|"$/g, ""));
+  if (by === null) return (each) => each.trim().split(/\s+/);
+  return (each) => (each.includes('"') ? each.split(by).map(unquoted) : each.split(by));
 }
+
+const unquoted = (cell: string): string => cell.trim().replace(/^"|"$/g, "");
 
 const worded = (cell: string): string | number => (/^-?\d+(\.0*)?$/.test(cell) ? Number(cell) : cell);
