@@ -42,7 +42,7 @@ def read_text(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) 
         raise _explain(text, layout) from None
     limits.check_points(len(table))
     if layout.by_place:
-        check_first(table[:, 0], layout.width, layout.columns.points[0])
+        check_first(table[:, 0], layout.width, layout.columns)
         table = table[:, len(layout.read) - len(layout.columns.used) :]
     found = None if layout.columns.label is None else _labels(cells)
     cloud = build_cloud(table, layout.columns.packed(), "text", found)
