@@ -193,7 +193,9 @@ def test_a_quote_that_does_not_end_takes_no_other_row_in(text: bytes) -> None:
 def test_inches_are_no_quotes() -> None:
     cloud = read(b'x,y,z,part\n1,2,3,2"\n4,5,6,"wall,"\n', pick=Pick("part"))
     np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [4, 5, 6]])
-    assert cloud.labels is not None and cloud.labels.tolist() == ["2", "wall,"]
+    assert cloud.labels is not None and cloud.labels.tolist() == ['2"', "wall,"]
+    for text in (b'1 2 3 2"\n4 5 6 "7a"\n', b'1;2;3;2"\n4;5;6;"7a"\n', b'1,2,3,"2"""\n4,5,6,7a\n'):
+        assert read(text, pick=Pick("4")).labels.tolist() == ['2"', "7a"]  # type: ignore[union-attr]
 
 
 WRITTEN = {
