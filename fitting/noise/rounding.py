@@ -64,19 +64,33 @@ def rounding_of(points: Array, box: Array | None = None) -> Rounding:
 def float32_step(points: Array, box: Array) -> float | None:
     """The step of float32 numbers at the largest of the coordinates (N, 3), if that is coarse for the cloud.
 
-    It is where all coordinates are such numbers, and the cloud is less than `COARSEST_STEPS` of them wide: it
-    was stored as float32 far from the origin. A grid of larger steps was not. `box` (2, 3) is that around the
+    It is where all coordinates along an axis are such numbers, and the cloud is less than `COARSEST_STEPS` of
+    them wide: it was stored as float32 far from the origin. The others may be no such numbers, where they
+    were printed in few decimals since. A grid of larger steps was not. `box` (2, 3) is that around the
     points.
     """
     sizes = np.abs(box).max(axis=0)
-    largest, axis = float(sizes.max()), int(sizes.argmax())
     width = float((box[1] - box[0]).max())
-    if width >= COARSEST_STEPS * EPS[1] * largest or not _noise.are_float32(np.ascontiguousarray(points)):
-        return None
-    step = float(np.spacing(np.float32(largest)))
-    steps = points[:, axis] / step
-    is_grid = np.ptp(steps) > 0.0 and not (steps % 2.0).any()
-    return None if is_grid or width >= COARSEST_STEPS * step else step
+    for axis in np.argsort(-sizes, kind="stable"):
+        if width >= COARSEST_STEPS * EPS[1] * sizes[axis]:
+            break
+        step = float(np.spacing(np.float32(sizes[axis])))
+        if width >= COARSEST_STEPS * step:
+            break
+        if _lies_on_steps(points, box, int(axis), step):
+            return step
+    return None
+
+
+def _lies_on_steps(points: Array, box: Array, axis: int, step: float) -> bool:
+    """Whether one coordinate of points (N, 3) is a float32 number in all of them, and none of a grid.
+
+    If it is the same in all, the others are to be such numbers, too.
+    """
+    column = np.ascontiguousarray(points[:, axis : axis + 1])
+    if box[0, axis] == box[1, axis]:
+        return bool(_noise.are_float32(np.ascontiguousarray(points)))
+    return bool(_noise.are_float32(np.repeat(column, 3, axis=1))) and bool((column / step % 2.0).any())
 
 
 def _step_of(points: Array, rounding: float) -> float | None:

@@ -173,8 +173,12 @@ def test_an_stl_far_from_the_origin_is_about_an_origin_that_it_tells(service: An
     assert said["artifact"] == "stl" and "less (500" in said["warning"]
     with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
         content = archive.read("primitive.stl")
-    with pytest.warns(UserWarning, match="too coarse so far from the origin"):
+    with pytest.warns(UserWarning, match="STL holds float32, too coarse so far from the origin"):
         primfit.export(primfit.fit(points), "stl")
+    with pytest.warns(
+        UserWarning, match=r"GLB .* its mesh is about \(500\d\d\d, 5399\d\d\d, \d+ mm\), where"
+    ):
+        primfit.export(primfit.fit(points, unit="mm"), "glb")
     origin = [float(word) for word in content[:80].decode().partition(" about ")[2].split()]
     corners = np.frombuffer(content[84:], np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]))[
         "c"
