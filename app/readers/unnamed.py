@@ -16,6 +16,8 @@ from .errors import UnreadableFileError
 
 # A first column of fewer numbers may count up, or rise, by accident.
 _COUNTING, _RISING = 3, 8
+# Rows that are looked at where the rest would tell little more.
+_FEW = 1000
 
 
 def number_columns(
@@ -38,10 +40,9 @@ def number_columns(
     label_name = None if label is None else pick.labels
     if table is None or width == 3:
         return Columns(XYZ.names, XYZ.points, (), label, label_name)
-    first = place_of_x(table, no_numbers)
-    spare = not any(
-        _is_constant(table[:, i]) or odd for i, odd in enumerate(_are_odd(table, no_numbers)[1:4], 1)
-    )
+    odd = _are_odd(table, no_numbers)
+    first = _place(table, odd)
+    spare = not (odd[1:4].any() or any(_is_constant(column) for column in table[:_FEW, 1:4].T))
     places = tuple(range(first, first + 3))
     names = tuple(numbers[i] for i in places) if first else XYZ.names
     taken = f"columns {', '.join(numbers[i] for i in places)} are taken for x, y and z."
@@ -61,7 +62,7 @@ def is_index(values: ArrayLike) -> bool:
 def check_first(values: ArrayLike, width: int, columns: Columns) -> None:
     """Raise `UnreadableFileError` where the whole first column (N,) tells something else than its first rows.
 
-    An index counts up to the end. A column that rises in every row may be a time or an index with gaps,
+    An index counts up to the end. A column that never falls may be a time or an index with gaps,
     before a point as well as its x; one number in all rows may be a label.
     """
     if width == 3:
@@ -75,8 +76,11 @@ def check_first(values: ArrayLike, width: int, columns: Columns) -> None:
 
 
 def _rises(values: ArrayLike) -> bool:
+    """Whether numbers (N,) never fall, and are not all the same: many points may have one time."""
     numbers: NDArray[Any] = np.asarray(values)
-    return len(numbers) >= _RISING and bool((numbers[1:] > numbers[:-1]).all())
+    if len(numbers) < _RISING or not numbers[-1] > numbers[0]:
+        return False
+    return bool((numbers[1:] >= numbers[:-1]).all())
 
 
 def place_of_x(table: Array, no_numbers: Sequence[bool] = ()) -> int:
@@ -85,10 +89,13 @@ def place_of_x(table: Array, no_numbers: Sequence[bool] = ()) -> int:
     Raises `UnreadableFileError` where whole numbers and words stand there and three columns of fractions
     follow, or shares of a color and three columns that are none.
     """
+    return _place(table, _are_odd(table, no_numbers))
+
+
+def _place(table: Array, odd: NDArray[np.bool_]) -> int:
     first = int(is_index(table[:, 0]) and table.shape[1] > 3)
-    odd = _are_odd(table, no_numbers)
     others = [i for i in range(first + 1, len(odd) - 2) if not odd[i : i + 3].any()] if odd[first] else []
-    if not others and _are_shares(table[:, first : first + 6]):
+    if not others and _are_shares(table[:_FEW, first : first + 6]):
         others = [first + 3]
     if others:
         raise _several(table.shape[1], first, others[0])

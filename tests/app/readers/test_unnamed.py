@@ -19,6 +19,7 @@ BEFORE: dict[str, Callable[[int], str]] = {
     "an index in floats": lambda i: f"{i + i // 3:.6e}",
     "identifiers": lambda i: str(100000000 + i * 7919 % 1003),
     "seconds": lambda i: f"{1611234567.1 + i * 0.0133:.6f}",
+    "seconds of several points": lambda i: f"{1611234567.1 + i // 3 * 0.0133:.6f}",
     "an intensity": lambda i: str(COLORS[i, 0]),
     "one label": lambda i: "3",
     "one label in floats": lambda i: "3.000000e+00",
