@@ -66,31 +66,23 @@ def float32_step(points: Array, box: Array) -> float | None:
 
     It is where all coordinates along an axis are such numbers, and the cloud is less than `COARSEST_STEPS` of
     them wide: it was stored as float32 far from the origin. The others may be no such numbers, where they
-    were printed in few decimals since. A grid of larger steps was not. `box` (2, 3) is that around the
-    points.
+    were printed in few decimals since, but must be where this one is the same in all points. A grid of larger
+    steps was not. `box` (2, 3) is that around the points.
     """
     sizes = np.abs(box).max(axis=0)
     width = float((box[1] - box[0]).max())
     for axis in np.argsort(-sizes, kind="stable"):
         if width >= COARSEST_STEPS * EPS[1] * sizes[axis]:
             break
+        constant = box[0, axis] == box[1, axis]
+        told = points if constant else points[:, [axis, axis, axis]]
+        if not _noise.are_float32(np.ascontiguousarray(told)):
+            continue
         step = float(np.spacing(np.float32(sizes[axis])))
-        if width >= COARSEST_STEPS * step:
-            break
-        if _lies_on_steps(points, box, int(axis), step):
+        is_grid = not constant and not (told / step % 2.0).any()
+        if not is_grid and width < COARSEST_STEPS * step:
             return step
     return None
-
-
-def _lies_on_steps(points: Array, box: Array, axis: int, step: float) -> bool:
-    """Whether one coordinate of points (N, 3) is a float32 number in all of them, and none of a grid.
-
-    If it is the same in all, the others are to be such numbers, too.
-    """
-    column = np.ascontiguousarray(points[:, axis : axis + 1])
-    if box[0, axis] == box[1, axis]:
-        return bool(_noise.are_float32(np.ascontiguousarray(points)))
-    return bool(_noise.are_float32(np.repeat(column, 3, axis=1))) and bool((column / step % 2.0).any())
 
 
 def _step_of(points: Array, rounding: float) -> float | None:

@@ -130,6 +130,11 @@ def test_float32_coordinates_that_were_printed_since_are_told_by_their_steps() -
     assert recognize(np.round(wall, 4)).primitive.kind == "plane"  # type: ignore[union-attr]
 
 
+def test_coordinates_too_large_for_float32_are_none() -> None:
+    huge = sample(EXAMPLES["sphere"], 50) * 1e30 + 1e45
+    assert rounding.float32_step(huge, bounds(huge)) is None
+
+
 def test_a_grid_of_whole_numbers_was_not_made_by_float32() -> None:
     x, y = np.meshgrid(np.arange(10.0), np.arange(10.0))
     grid = np.column_stack([x.ravel(), y.ravel(), 0.25 * x.ravel()]) + np.floor(FAR)
