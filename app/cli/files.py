@@ -12,7 +12,7 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from primfit.fitting.names import ANSWER_PARTS
 
-from ..engine.answer import answered
+from ..engine.answer import answered, answered_prepared
 from ..engine.cut import Label, Piece, cut_cloud, pieces
 from ..engine.fit import prepared
 from ..engine.names import base_name, plain
@@ -69,7 +69,7 @@ def fit_file(
         cloud = prepared(cloud, used)
         check_parts(formats, used.get("include", ANSWER_PARTS))
         check_unit(formats, cloud.unit)
-        recognition, content = answered(cloud, used)
+        recognition, content = answered_prepared(cloud, used)
         return Fitted(recognition, cloud, used, file_name(name)), content
     except Exception as error:
         return _problem(name, error)

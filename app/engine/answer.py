@@ -18,7 +18,7 @@ from primfit.models.names import CLASSIFIER
 
 from ..readers.cloud import Array, Cloud
 from ..readers.missing import DROPPED
-from .fit import config_of, fit_cloud, prepared
+from .fit import config_of, fit_prepared, prepared
 
 
 def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -35,8 +35,12 @@ def answer(recognition: Recognition, cloud: Cloud, options: Mapping[str, Any]) -
 
 def answered(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any]]:
     """Fit a cloud as it was read, with checked options: what was recognized, and the answer."""
-    cloud = prepared(cloud, options)
-    recognition = fit_cloud(cloud, options)
+    return answered_prepared(prepared(cloud, options), options)
+
+
+def answered_prepared(cloud: Cloud, options: Mapping[str, Any]) -> tuple[Recognition, dict[str, Any]]:
+    """`answered` for what `prepared` gave."""
+    recognition = fit_prepared(cloud, options)
     return recognition, answer(recognition, cloud, options)
 
 

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from numpy.typing import ArrayLike
 
-from primfit.fitting.answer.result import Recognition
+from primfit.fitting.answer.result import Recognition, Source
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from primfit.fitting.geometry.vectors import bounds
 from primfit.fitting.names import (
@@ -40,6 +40,7 @@ from ..readers import Cloud, Pick, read_file, without_missing
 from ..readers.columns import as_columns
 from ..readers.missing import warnings_of
 from .arrays import as_cloud, as_floats
+from .names import base_name
 
 SMALLEST_SIZE, LARGEST_SIZE = 1e-5, 1e6
 """Radii beyond these are doubtful in any unit: whoever measures micrometers does not write meters."""
@@ -154,7 +155,9 @@ def fit(
     beside: dict[str, Any] = {name: as_floats(each, name) for name, each in given.items() if each is not None}
     cloud = replace(cloud_of(points, columns), **beside)
     # A row for each point that was given: those that are missing have NaN for their residual.
-    return fit_cloud(cloud, _with_options_of(cloud, options)).with_points(cloud.points)
+    found = fit_cloud(cloud, _with_options_of(cloud, options)).with_points(cloud.points)
+    name = base_name(str(points)) if isinstance(points, str | PathLike) else None
+    return replace(found, source=Source(name, cloud.format, cloud.columns))
 
 
 def read(
@@ -218,8 +221,9 @@ def _with_options_of(cloud: Cloud, given: Mapping[str, Any]) -> dict[str, Any]:
             raise InvalidOptionError(
                 f"the file holds an unknown option; allowed are {', '.join(defaults)}", "options"
             )
-    held = {name: value for name, value in cloud.options.items() if given[name] == defaults[name]}
-    return {**given, **held}
+        if given[name] is not defaults[name] and (defaults[name] is None or given[name] != defaults[name]):
+            raise InvalidOptionError(f"{name} is given here and in the file; keep one", name)
+    return {**given, **cloud.options}
 
 
 def config_of(
@@ -261,7 +265,11 @@ def config_of(
 
 def fit_cloud(cloud: Cloud, options: Mapping[str, Any]) -> Recognition:
     """`fit` of a cloud as it was read, with checked options."""
-    cloud = prepared(cloud, options)
+    return fit_prepared(prepared(cloud, options), options)
+
+
+def fit_prepared(cloud: Cloud, options: Mapping[str, Any]) -> Recognition:
+    """`fit_cloud` of what `prepared` gave."""
     found = recognize(
         cloud.points,
         config_of(**{**options, "unit": cloud.unit}),
@@ -298,12 +306,12 @@ def _of_sizes(found: Recognition) -> list[str]:
 def prepared(cloud: Cloud, options: Mapping[str, Any]) -> Cloud:
     """The cloud as it is fitted: without points that are missing, and in the unit that was told.
 
-    A cloud that was prepared stays as it is. Raises `InvalidPointsError` where points are missing and the
+    Raises `InvalidPointsError` where points are missing and the
     options say that this is an error, or all are.
     """
     cloud = without_missing(cloud, options.get("missing", "drop"))
     unit = options.get("unit")
-    if unit is None or cloud.unit_from == "option":
+    if unit is None:
         return cloud
     warnings = cloud.warnings
     if cloud.unit not in (None, unit):

@@ -24,7 +24,7 @@ from .fitted import (
     residuals,
 )
 from .form import form_json
-from .mesh import mesh_writer, stl_warning
+from .mesh import glb_warning, mesh_writer, stl_warning
 from .options import ExportOptions, known_unit, unit_of
 from .report import html_report
 from .residual_files import residuals_csv, residuals_las, residuals_npy, residuals_ply
@@ -64,7 +64,7 @@ class Format:
 
 FORMATS: dict[str, Format] = {
     "step": Format(step, "primitive.step", needs_extents=True),
-    "glb": Format(mesh_writer("glb"), "primitive.glb", needs_extents=True),
+    "glb": Format(mesh_writer("glb"), "primitive.glb", needs_extents=True, warning=glb_warning),
     "obj": Format(mesh_writer("obj"), "primitive.obj", needs_extents=True),
     "stl": Format(mesh_writer("stl"), "primitive.stl", needs_extents=True, warning=stl_warning),
     "ply": Format(mesh_writer("ply"), "primitive.ply", needs_extents=True),

@@ -10,7 +10,7 @@ import numpy as np
 
 from primfit.fitting.answer.form import Form, form_of
 from primfit.fitting.answer.residuals import Residuals
-from primfit.fitting.answer.result import Alternative, Recognition
+from primfit.fitting.answer.result import Alternative, Recognition, Source
 from primfit.fitting.cloud.cloud import check_coordinates, check_points
 from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.extents.values import Extents
@@ -29,6 +29,7 @@ ROUNDINGS = 16
 """Roundings of a coordinate that a distance may hold."""
 
 COUNTS = ("weights", "standard_deviations")
+_ARRAY = Source(None, "array", ("x", "y", "z"))
 
 
 class NothingToExportError(ValueError):
@@ -145,7 +146,9 @@ def of_kind(fitted: Fitted, kind: str | None) -> Fitted:
     assert found.inlier_rule and found.primitive and found.error
     tried = {attempt.kind: attempt for attempt in found.attempts}
     evidence = tried[found.primitive.kind].evidence
-    first = Alternative(found.primitive, found.error, found.extents, found.uncertainty, evidence)
+    first = Alternative(
+        found.primitive, found.error, found.extents, found.uncertainty, evidence, found.active_constraints
+    )
     recognition = replace(
         found,
         primitive=chosen.primitive,
@@ -155,8 +158,7 @@ def of_kind(fitted: Fitted, kind: str | None) -> Fitted:
         noise=tried[kind].noise,
         inlier_rule=replace(found.inlier_rule, surface=chosen.primitive),
         alternatives=(first, *(other for other in found.alternatives if other is not chosen)),
-        # They act on the first kind, and are not known of the others.
-        active_constraints={},
+        active_constraints=chosen.active_constraints,
     )
     return replace(fitted, recognition=recognition)
 
@@ -182,20 +184,22 @@ def fitted_points(
     coordinates = recognition.points if points is None else as_cloud(points)[0]
     if coordinates is None:
         return Fitted(recognition)
+    source = (recognition.source if points is None else None) or _ARRAY
     if options is None:
-        return Fitted(recognition, _cloud_in(recognition.unit, coordinates))
+        return Fitted(recognition, _cloud_in(recognition.unit, coordinates, source), None, source.name)
     for name in options:
         if name not in OPTIONS and name not in PER_POINT:
             raise InvalidOptionError(
                 f"options holds {name!r:.40}; allowed are {', '.join(OPTIONS)}", "options"
             )
     arrays = {name: as_floats(options[name], name) for name in COUNTS if options.get(name) is not None}
-    return Fitted(recognition, _cloud_in(recognition.unit, coordinates, **arrays), _used(options))
+    cloud = _cloud_in(recognition.unit, coordinates, source, **arrays)
+    return Fitted(recognition, cloud, _used(options), source.name)
 
 
-def _cloud_in(unit: Unit | None, points: Array, **beside: Any) -> Cloud:
+def _cloud_in(unit: Unit | None, points: Array, source: Source, **beside: Any) -> Cloud:
     """The points as they were fitted: checked, without those that are missing, in their unit."""
-    cloud = without_missing(replace(_cloud_of(points, **beside), unit=unit))
+    cloud = without_missing(replace(_cloud_of(points, source, **beside), unit=unit))
     check_points(cloud.points)
     return cloud
 
@@ -207,8 +211,8 @@ def _used(options: Mapping[str, Any]) -> dict[str, Any]:
     return used if guess is None else used | {"initial_guess": parameters(guess)}
 
 
-def _cloud_of(points: Array, **beside: Any) -> Cloud:
-    return Cloud(points, columns=("x", "y", "z"), normals=None, format="array", **beside)
+def _cloud_of(points: Array, source: Source = _ARRAY, **beside: Any) -> Cloud:
+    return Cloud(points, source.columns, None, source.format, **beside)
 
 
 def residuals(recognition: Recognition, points: Any = None) -> Residuals:

@@ -34,6 +34,9 @@ class Said:
         return f"a {self.kind} [{self.unit or 'unit not given'}]"
 
 
+_COARSE = "{} holds float32, too coarse so far from the origin"
+
+
 def mesh_writer(file_type: str) -> Callable[[Fitted, ExportOptions], bytes]:
     """The writer of `glb`, `obj`, `stl` or `ply`."""
 
@@ -51,12 +54,23 @@ def _said(fitted: Fitted, mesh: Mesh, options: ExportOptions) -> Said:
 
 def stl_warning(fitted: Fitted, options: ExportOptions) -> str:
     """A sentence where the STL is written about an origin of its own; empty where it is not."""
+    where = _where(fitted, options)
+    return f"{_COARSE.format('STL')}: its coordinates are those less ({where})." if where else ""
+
+
+def glb_warning(fitted: Fitted, options: ExportOptions) -> str:
+    """A sentence where programs that keep the place of a GLB as float32 would round it; empty elsewhere."""
+    where = _where(fitted, options)
+    about = f"its mesh is about ({where}), where its node places it; some programs round that place"
+    return f"{_COARSE.format('GLB')}: {about}." if where else ""
+
+
+def _where(fitted: Fitted, options: ExportOptions) -> str:
+    """The origin that is taken off, in the unit of the input; empty where float32 is fine enough."""
     mesh = fitted.shape.mesh(options.chord_error)
     origin = _origin(mesh[0], _said(fitted, mesh, options).chord_error)
-    if not origin.any():
-        return ""
-    where = ", ".join(f"{each:.0f}" for each in origin)
-    return f"STL holds float32, too coarse so far from the origin: its coordinates are those less ({where})."
+    unit = f" {options.unit}" if options.unit else ""
+    return ", ".join(f"{each:.0f}" for each in origin) + unit if origin.any() else ""
 
 
 def _origin(vertices: Array, chord_error: float) -> Array:

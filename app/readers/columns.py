@@ -20,12 +20,23 @@ _ALIASES = {
     "ny": ("ny", "normal_y", "normaly", "normals:1", "normals_1"),
     "nz": ("nz", "normal_z", "normalz", "normals:2", "normals_2"),
 }
-# Names of surveyors, which beside x, y and z are something else.
+# Names of surveyors in several languages, which beside x, y and z are something else.
 _SURVEYED = {
-    "easting": "x", "east": "x", "rechtswert": "x",
-    "northing": "y", "north": "y", "hochwert": "y",
-    "elevation": "z", "elev": "z", "height": "z", "h\u00f6he": "z", "hoehe": "z",
-}  # fmt: skip
+    name: meaning
+    for meaning, names in {
+        "x": "easting eastings east rechtswert rw ost est este",
+        "y": "northing northings north hochwert hw nord norte",
+        "z": "elevation elev el height h\u00f6he hoehe altitude alt quota cota up",
+    }.items()
+    for name in names.split()
+}
+# Their initials, which are names only where all three coordinates have one: `P,N,E,Z,D`, `Y X H`.
+_INITIALS = {"e": "x", "n": "y", "h": "z"}
+# A coordinate with a word for it or with its unit, as in `X-Koord`, `pos.y`, `CoordZ`, `Xm`, `x_mm`.
+_POSITION = "(?:coord(?:inate)?s?|koord(?:inate)?|pos(?:ition)?|points?|loc(?:ation)?)"
+_LOOSE = re.compile(
+    rf"(?:{_POSITION}[\s_.:/-]*)?([xyz])(?:[\s_.-]*(?:{_POSITION}|([u\u00b5]m|mm|cm|m|inch|in|ft)))?[:=]?"
+)
 AUTO_LABELS = "auto"
 _LABELS = ("label", "labels", "segment", "segment_id", "segments", "instance", "instance_id", "instances")
 _XYZ, _NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
@@ -53,6 +64,11 @@ class Pick:
     labels: str | None = None
     columns: tuple[str | int, ...] | None = None
 
+    @property
+    def by_number(self) -> bool:
+        """Whether all columns are picked by their numbers."""
+        return self.columns is not None and all(str(each).isdecimal() for each in self.columns)
+
 
 FOUND = Pick()
 """Coordinates are found by their names, and labels are not asked for."""
@@ -64,6 +80,7 @@ class Columns:
 
     `label` and `label_name` are those of the column of labels, where it is asked for and there; `unit` is
     that of the coordinates, where their names tell it; `warnings` say where they tell one that is unknown.
+    `spare`: columns have no names, and the three behind the first one may be the coordinates, too.
     """
 
     names: tuple[str, ...]
@@ -73,6 +90,7 @@ class Columns:
     label_name: str | None = None
     unit: Unit | None = None
     warnings: tuple[str, ...] = ()
+    spare: bool = False
 
     @property
     def used(self) -> tuple[int, ...]:
@@ -131,11 +149,27 @@ def canonical(name: str) -> str | None:
 
 
 def meanings(names: Sequence[str]) -> list[str | None]:
-    """What each of these names means, those of surveyors where no other name means the same."""
-    found = [canonical(name) for name in names]
-    surveyed = [_SURVEYED.get(_bare(name)) for name in names]
-    taken = set(found)
-    return [a or (b if b not in taken else None) for a, b in zip(found, surveyed, strict=True)]
+    """What each of these names means: freer spellings and names of surveyors if no other means the same."""
+    found: list[str | None] = [None] * len(names)
+    for meaning in (canonical, _loosely, lambda name: _SURVEYED.get(_bare(name))):
+        found = _completed(found, [meaning(name) for name in names])
+    all_told = _completed(found, [_INITIALS.get(_bare(name)) for name in names])
+    return all_told if {*_XYZ} <= {*all_told} else found
+
+
+def _completed(found: Sequence[str | None], others: Sequence[str | None]) -> list[str | None]:
+    return [a or (b if b not in found else None) for a, b in zip(found, others, strict=True)]
+
+
+def _loosely(name: str) -> str | None:
+    loose = _LOOSE.fullmatch(_bare(name))
+    return loose[1] if loose else None
+
+
+def suffixed_unit(name: str) -> str:
+    """The unit at the end of the name of a column, as in `X_mm`; empty without."""
+    loose = _LOOSE.fullmatch(_bare(name))
+    return (loose[2] or "") if loose else ""
 
 
 def _bare(name: str) -> str:
@@ -166,7 +200,7 @@ def find_columns(names: Sequence[str], pick: Pick = FOUND) -> Columns:
     label = find_label(names, pick.labels)
     label_name = None if label is None else names[label].strip()[:_NAME_LENGTH]
     columns = Columns(used, tuple(indices[:3]), tuple(indices[3:]), label, label_name)
-    return columns.in_unit([unit_in(names[i]) for i in indices[:3]])
+    return columns.in_unit([unit_in(names[i]) or suffixed_unit(names[i]) for i in indices[:3]])
 
 
 def check_no_columns(pick: Pick, what: str) -> None:

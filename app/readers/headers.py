@@ -9,7 +9,11 @@ from .lines import cells_of
 
 _UNITS = "nm|um|\u00b5m|\u03bcm|mm|cm|dm|m|km|in|inch|ft|us-ft|yd|mil|deg|rad|%|-|"
 _UNIT = re.compile(rf"(?i)[\[(]?({_UNITS})[\])]?")
-_INDEX = ("id", "index", "i", "n", "no", "nr", "number", "point", "point_id", "point3d_id", "pt", "pid")
+_INDEX = {
+    "id", "index", "idx", "i", "n", "no", "nr", "number", "nummer", "name", "p", "point", "point_id",
+    "point_no", "point_number", "point3d_id", "pt", "pid", "pnr", "punkt", "vertex", "vertex_id", "row",
+    "frame",
+}  # fmt: skip
 # A word before the names in a comment, `columns: x y z`; punctuation that begins one; what cuts its words.
 _BEFORE_NAMES = re.compile(r"^[^\w\[(\"]*(?:[^\W\d][\w ]*[:=]\s+)?")
 _WORDS = re.compile(r"[\s,;|\"'()\[\]{}]+")
@@ -37,15 +41,22 @@ def header(
             return above[last], above[units[0]] if units else None, first
         return None, None, first
     names = above[named[-1]]
-    if len(names) != width and pick.columns is None:
-        line = sample[first][0]
-        raise UnreadableFileError(
-            "header", f"the header names {len(names)} columns, line {line} holds {width}"
-        )
+    if len(names) not in (width, width - 1) and pick.columns is None:
+        raise wrong_width(names, sample[first:], delimiter, width)
     below = range(named[-1] + 1, first)
     units = [k for k in below if _are_units(above[k], width)]
     rows = next((k for k in below if k not in units), first)
-    return (names + [""] * width)[:width], above[units[0]] if units else None, rows
+    return names[:width], above[units[0]] if units else None, rows
+
+
+def wrong_width(names: Sequence[str], rows: Lines, delimiter: str | None, width: int) -> UnreadableFileError:
+    """A header that names other columns than its rows hold, or those behind something else than an index."""
+    message = f"the header names {len(names)} columns, line {rows[0][0]} holds {width}"
+    if delimiter == "," and width == 2 * len(names):
+        message += "; if commas are decimal, separate the cells by semicolons or write a decimal point"
+    else:
+        message += f"; say which are x, y and z: columns={'2,3,4' if width > 3 else '1,2,3'}"
+    return UnreadableFileError("header", message)
 
 
 def _are_units(cells: Sequence[str], width: int) -> bool:
@@ -92,7 +103,7 @@ def _names_in(line: str, delimiter: str | None, width: int) -> list[str] | None:
     for names in _split(line.strip(" ").lstrip("/#%! "), delimiter):
         if len(names) == width and _names_all(names):
             return names
-        if _names_all(names[:width]) and all(map(_is_column, _up_to_z(names))):
+        if _names_all(names[:width]) and all(_are_columns(names)[: _number_up_to_z(names)]):
             return names
     return None
 
@@ -111,9 +122,26 @@ def _split(line: str, delimiter: str | None) -> Iterator[list[str]]:
     yield [name for name in re.split(r"[\s,;|\"]+", names) if name]
 
 
-def _up_to_z(names: Sequence[str]) -> Sequence[str]:
-    return names[: 1 + max(k for k, name in enumerate(meanings(names)) if name in ("x", "y", "z"))]
+def _number_up_to_z(names: Sequence[str]) -> int:
+    return 1 + max(k for k, name in enumerate(meanings(names)) if name in ("x", "y", "z"))
 
 
-def _is_column(name: str) -> bool:
-    return meanings([name]) != [None] or name.strip().lower().replace(" ", "_") in _INDEX
+def _are_columns(names: Sequence[str]) -> list[bool]:
+    """Which of these are names of coordinates, normals or an index."""
+    bare = [name.strip().lower().replace(" ", "_") for name in names]
+    told = meanings(names)
+    return [a is not None or b in _INDEX for a, b in zip(told, bare, strict=True)]
+
+
+def check_order(above: Sequence[str]) -> None:
+    """Raise `UnreadableFileError` where a line of names alone has some of x, y and z in another order.
+
+    Then the first three columns are not these.
+    """
+    for line in above:
+        words = [word for word in _WORDS.split(line.lstrip("/#%! "), _PROSE)[:_PROSE] if word]
+        told = [name for name in meanings(words) if name in ("x", "y", "z")]
+        if told != sorted(told) and all(_are_columns(words)):
+            message = f"a line above the rows names {', '.join(told)} in this order, no other names are found"
+            message += "; say which columns are x, y and z: columns=1,2,3"
+            raise UnreadableFileError("columns", message)

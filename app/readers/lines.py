@@ -114,10 +114,13 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
     if delimiter is not None:
         line = line.rstrip().rstrip(delimiter)
     if delimiter is None or '"' not in line:
-        cells = line.split(delimiter)
-    else:
-        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
-    return [cell.strip().strip('"').strip() for cell in cells]
+        return [_unquoted(cell.strip()) for cell in line.split(delimiter)]
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+
+
+def _unquoted(cell: str) -> str:
+    """A cell without the quotes about it; one at its end alone, as in `2"`, belongs to it."""
+    return cell[1:-1].strip() if len(cell) > 1 and cell[0] == cell[-1] == '"' else cell
 
 
 def runs_on(line: str, delimiter: str | None) -> bool:

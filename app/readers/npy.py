@@ -134,7 +134,7 @@ def read_table(array: np.ndarray, format: str, pick: Pick) -> Cloud:
     width = table.shape[1]
     columns = number_columns(width, pick, table)
     if pick.columns is None:
-        check_first(table[:, 0], width, columns.points[0])
+        check_first(table[:, 0], width, columns)
     return build_from(columns, lambda i: table[:, i], format)
 
 

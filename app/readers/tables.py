@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .columns import Columns, Pick, check_width, find_columns
+from .columns import Columns, Pick, check_width, find_columns, meanings
 from .errors import InvalidPointsError, UnreadableFileError
-from .headers import MISSING, Lines, above_row, commented_names, header
+from .headers import MISSING, Lines, above_row, check_order, commented_names, header, wrong_width
 from .lines import cells_of, decoded, is_number
-from .unnamed import number_columns
+from .unnamed import number_columns, place_of_x
 
 _SAMPLE = 20
 _HEAD = 1024 * 1024
@@ -87,12 +88,16 @@ def look(text: bytes, pick: Pick) -> Layout:
     rows = sample[first:]
     if names is None and _is_numbered(rows, delimiter, width):
         first, rows = first + 1, rows[1:]
-    ragged = False
+    titled = names is not None
+    names = names or commented_names(above_row(head, rows[0][0]), delimiter, width, pick)
+    ragged = not titled and names is not None and delimiter is None and _ends_in_a_list(names, width)
+    behind = names is not None and _are_behind_an_index(names, rows, delimiter, width, pick)
+    if titled and names and len(names) + behind < width and not pick.by_number:
+        raise wrong_width(names, rows, delimiter, width)
+    names = names and ([""] * behind + names + [""] * width)[:width]
     if names is None:
-        names = commented_names(above_row(head, rows[0][0]), delimiter, width, pick)
-        ragged = names is not None and delimiter is None and _ends_in_a_list(names, width)
-        names = names and (names + [""] * width)[:width]
-    if names is None:
+        if pick.columns is None:
+            check_order(above_row(head, rows[0][0]))
         columns = _unnamed([cells_of(line, delimiter) for _, line in rows], delimiter, width, pick)
         if announced is not None:  # in a PTS file the first three are x, y and z
             columns = replace(columns, warnings=())
@@ -102,7 +107,7 @@ def look(text: bytes, pick: Pick) -> Layout:
             columns = columns.in_unit([units[i] for i in columns.points])
     # Rows of missing points, which are not looked at, stand before the first one of numbers, too.
     start = 1 + sample[first - 1][0] if first else begins
-    by_place = names is None and pick.columns is None
+    by_place = not pick.by_number if behind else names is None and pick.columns is None
     return Layout(delimiter, start, width, columns, announced, decimal_comma, ragged, by_place)
 
 
@@ -171,11 +176,25 @@ def _may_be_row(line: str, delimiter: str | None, width: int) -> bool:
 
 
 def _is_numbered(rows: Lines, delimiter: str | None, width: int) -> bool:
-    """Whether the first row numbers the columns, 0,1,2, as tables without names are written."""
+    """Whether the first row numbers the columns, 0,1,2, as tables without names are written.
+
+    Among whole numbers it may be a point, unless it lies apart from all others.
+    """
     first, *others = (cells_of(line, delimiter) for _, line in rows)
-    fractions = any({*cell} & {*".,"} and math.isfinite(_value(cell)) for cells in others for cell in cells)
     numbers = first[1:] if first[0] == "" else first  # an index of rows has no number
-    return numbers in ([str(k + start) for k in range(len(numbers))] for start in (0, 1)) and fractions
+    if numbers not in ([str(k + start) for k in range(len(numbers))] for start in (0, 1)):
+        return False
+    fractions = any({*cell} & {*".,"} and math.isfinite(_value(cell)) for cells in others for cell in cells)
+    return fractions or _is_far(*_values([first, *others], width))
+
+
+def _is_far(table: NDArray[np.float64], _: object) -> bool:
+    """Whether the first row (C,) is farther from all others than these are from each other."""
+    first, others = table[0], table[1:][np.isfinite(table[1:]).all(axis=1)]
+    if not np.isfinite(first).all() or len(others) < 2:
+        return False
+    distances = np.linalg.norm(others - first, axis=1)
+    return bool(distances.min() > np.linalg.norm(np.ptp(others, axis=0)))
 
 
 def _ends_in_a_list(names: Sequence[str], width: int) -> bool:
@@ -183,16 +202,39 @@ def _ends_in_a_list(names: Sequence[str], width: int) -> bool:
     return len(names) != width or any("[]" in name for name in names)
 
 
+def _are_behind_an_index(
+    names: list[str], rows: Lines, delimiter: str | None, width: int, pick: Pick
+) -> bool:
+    """Whether these names, fewer than there are columns, leave out an index that stands before all others.
+
+    Raises `UnreadableFileError` where nobody can tell, and the columns are not picked by their numbers.
+    """
+    if len(names) >= width or meanings(names)[0] is None:
+        return False
+    try:
+        return place_of_x(*_values([cells_of(line, delimiter) for _, line in rows], width)) == 1
+    except UnreadableFileError:
+        if pick.by_number:
+            return False
+        raise
+
+
 def _unnamed(rows: list[list[str]], delimiter: str | None, width: int, pick: Pick) -> Columns:
     """Columns of a table without names, where a number from 1 is the name of each."""
     if pick.columns is None:
         _refuse_decimal_comma_pairs(rows, delimiter)
+    return number_columns(width, pick, *_values(rows, width))
+
+
+def _values(rows: list[list[str]], width: int) -> tuple[NDArray[np.float64], list[bool]]:
+    """The numbers (N, `width`) of rows, and which columns are words or numbers without a point.
+
+    These are no coordinates, if there are others.
+    """
     even = [cells for cells in rows if len(cells) >= width]
     values = [_value(cell) for cells in even for cell in cells[:width]]
     table = np.array(values, np.float64).reshape(-1, width)  # also where no row is whole
-    # Words, and numbers without a point, are no coordinates, if there are others.
-    strange = [all(_is_strange(cells[i]) for cells in even) for i in range(width)]
-    return number_columns(width, pick, table, strange)
+    return table, [all(_is_strange(cells[i]) for cells in even) for i in range(width)]
 
 
 def _value(cell: str) -> float:

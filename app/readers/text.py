@@ -41,7 +41,7 @@ def read_text(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) 
         scans.append(_Scan(layout.announced, len(table)))
     limits.check_points(len(table))
     if layout.by_place:
-        check_first(table[:, 0], layout.width, layout.columns.points[0])
+        check_first(table[:, 0], layout.width, layout.columns)
         table = table[:, len(layout.read) - len(layout.columns.used) :]
     cloud = build_cloud(table, layout.columns.packed(), "text", labels)
     return replace(cloud, warnings=cloud.warnings + _wrong_counts(scans))

@@ -16,6 +16,8 @@ from .errors import UnreadableFileError
 
 # A first column of fewer numbers may count up, or rise, by accident.
 _COUNTING, _RISING = 3, 8
+# Rows that are looked at where the rest would tell little more.
+_FEW = 1000
 
 
 def number_columns(
@@ -38,12 +40,14 @@ def number_columns(
     label_name = None if label is None else pick.labels
     if table is None or width == 3:
         return Columns(XYZ.names, XYZ.points, (), label, label_name)
-    first = _place_of_x(table, no_numbers)
+    odd = _are_odd(table, no_numbers)
+    first = _place(table, odd)
+    spare = not (odd[1:4].any() or any(_is_constant(column) for column in table[:_FEW, 1:4].T))
     places = tuple(range(first, first + 3))
     names = tuple(numbers[i] for i in places) if first else XYZ.names
     taken = f"columns {', '.join(numbers[i] for i in places)} are taken for x, y and z."
     warning = f"The {width} columns have no names: {taken}"
-    return Columns(names, places, (), label, label_name, warnings=(warning,))
+    return Columns(names, places, (), label, label_name, warnings=(warning,), spare=spare)
 
 
 def is_index(values: ArrayLike) -> bool:
@@ -55,35 +59,69 @@ def is_index(values: ArrayLike) -> bool:
         return bool(numbers[0] == np.rint(numbers[0]) and (numbers[1:] - numbers[:-1] == 1).all())
 
 
-def check_first(values: ArrayLike, width: int, place: int) -> None:
+def check_first(values: ArrayLike, width: int, columns: Columns) -> None:
     """Raise `UnreadableFileError` where the whole first column (N,) tells something else than its first rows.
 
-    `place` is where x is by these. An index counts up to the end; a column that rises in every row may be a
-    time or an index with gaps, before a point as well as its x.
+    An index counts up to the end. A column that never falls may be a time or an index with gaps,
+    before a point as well as its x; one number in all rows may be a label.
     """
     if width == 3:
         return
-    if not is_index(values) if place else _rises(values):
+    if (
+        not is_index(values)
+        if columns.points[0]
+        else _rises(values) or (columns.spare and _is_constant(values))
+    ):
         raise _several(width, 0, 1)
 
 
 def _rises(values: ArrayLike) -> bool:
+    """Whether numbers (N,) never fall, and are not all the same: many points may have one time."""
     numbers: NDArray[Any] = np.asarray(values)
-    return len(numbers) >= _RISING and bool((numbers[1:] > numbers[:-1]).all())
+    if len(numbers) < _RISING or not numbers[-1] > numbers[0]:
+        return False
+    return bool((numbers[1:] >= numbers[:-1]).all())
 
 
-def _place_of_x(table: Array, no_numbers: Sequence[bool]) -> int:
-    """Where x stands: not at whole numbers and words where three columns of fractions follow."""
-    if is_index(table[:, 0]):
-        return 1
-    odd = np.array([bool(i < len(no_numbers) and no_numbers[i]) for i in range(table.shape[1])])
-    odd |= [_is_counted(table[:, i]) for i in range(table.shape[1])]
-    if not odd[0]:
-        return 0
-    others = [i for i in range(1, len(odd) - 2) if not odd[i : i + 3].any()]
+def place_of_x(table: Array, no_numbers: Sequence[bool] = ()) -> int:
+    """Where x stands in a table (N, C) without names: 0, or 1 behind an index.
+
+    Raises `UnreadableFileError` where whole numbers and words stand there and three columns of fractions
+    follow, or shares of a color and three columns that are none.
+    """
+    return _place(table, _are_odd(table, no_numbers))
+
+
+def _place(table: Array, odd: NDArray[np.bool_]) -> int:
+    first = int(is_index(table[:, 0]) and table.shape[1] > 3)
+    others = [i for i in range(first + 1, len(odd) - 2) if not odd[i : i + 3].any()] if odd[first] else []
+    if not others and _are_shares(table[:_FEW, first : first + 6]):
+        others = [first + 3]
     if others:
-        raise _several(table.shape[1], 0, others[0])
-    return 0
+        raise _several(table.shape[1], first, others[0])
+    return first
+
+
+def _are_odd(table: Array, no_numbers: Sequence[bool]) -> NDArray[np.bool_]:
+    """Which columns hold whole numbers or words."""
+    odd = [bool(i < len(no_numbers) and no_numbers[i]) for i in range(table.shape[1])]
+    return np.array(odd) | [_is_counted(table[:, i]) for i in range(table.shape[1])]
+
+
+def _is_constant(values: ArrayLike) -> bool:
+    """Whether all these numbers (N,) are the same one."""
+    numbers = np.asarray(values)
+    there = numbers[np.isfinite(numbers)]
+    return len(there) >= _RISING and bool((there == there[0]).all())
+
+
+def _are_shares(values: Array) -> bool:
+    """Whether the first three of six columns (N, 6) are within 0 and 1, as colors are, the others not."""
+    if values.shape[1] < 6:
+        return False
+    colors, others = values[:, :3], values[:, 3:]
+    with np.errstate(invalid="ignore"):
+        return bool(((colors >= 0.0) & (colors <= 1.0)).all() and (np.abs(others) > 1.0).any(axis=0).all())
 
 
 def _is_counted(values: NDArray[Any]) -> bool:

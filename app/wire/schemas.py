@@ -235,7 +235,7 @@ Alternative = union(
     _wire.model(
         result.Alternative,
         f"{PRIMITIVES[kind].__name__}Alternative",
-        without=("primitive",),
+        without=("primitive", "active_constraints"),
         base=_PRIMITIVES[kind],
         doc=f"A {kind} that explains an ambiguous cloud, too.",
         extents=_EXTENTS[kind] | None,
@@ -303,7 +303,7 @@ class Receipt(BaseModel):
 FitAnswer = _wire.model(
     result.Recognition,
     "FitAnswer",
-    without=("n_points", "inlier_rule", "include", "points", "unit"),
+    without=("n_points", "inlier_rule", "include", "points", "unit", "source"),
     doc="Which primitive the cloud is, and the evidence.",
     alternatives=list[Alternative],  # type: ignore[valid-type]
     extents=Extents | None,

@@ -12,7 +12,7 @@ import numpy as np
 from primfit.fitting.answer.result import Recognition
 from primfit.fitting.names import ANSWER_PARTS, CRITERION
 
-from ..engine.answer import answered, receipt, to_json, versions
+from ..engine.answer import answered_prepared, receipt, to_json, versions
 from ..engine.fit import fit, prepared
 from ..engine.names import base_name
 from ..exports import Fitted, bundle, check_parts, check_unit
@@ -162,7 +162,7 @@ def fitted(
     """
     started = perf_counter()
     limits.check_criterion(len(cloud.points), options.get("criterion", CRITERION))
-    recognition, content = answered(cloud, options)
+    recognition, content = answered_prepared(cloud, options)
     primitive = content["primitive"]
     return (
         recognition,

@@ -95,7 +95,7 @@ def assemble(decision: Decision, tries: Sequence[Tried], config: Config) -> Reco
     evidence = best.claim.evidence
     cloud = evidence.cloud
     extents, uncertainty = _parts(best, config.include, decision.status != "no_fit")
-    alternatives = tuple(_alternative(fitted[rival.kind], config.include) for rival in decision.rivals)
+    alternatives = tuple(_alternative(fitted[rival.kind], config) for rival in decision.rivals)
     return Recognition(
         status=decision.status,
         primitive=best.answered,
@@ -228,8 +228,10 @@ def _lost(decision: Decision, evidence: float | None) -> str:
     return f"{best} is likelier"
 
 
-def _alternative(fitted: Fitted, include: Collection[str]) -> Alternative:
-    return Alternative(fitted.answered, fitted.error, *_parts(fitted, include), fitted.attempt.evidence)
+def _alternative(fitted: Fitted, config: Config) -> Alternative:
+    extents, uncertainty = _parts(fitted, config.include)
+    effects = config.constraints.effects(fitted.answered)
+    return Alternative(fitted.answered, fitted.error, extents, uncertainty, fitted.attempt.evidence, effects)
 
 
 def _parts(

@@ -85,6 +85,7 @@ class Alternative:
     evidence : natural logarithm of its probability over that of the best kind, as in its attempt: 0 for that
         one, negative for the others, but for those refused by themselves or equal within `tolerance`; None if
         the kind was not weighed
+    active_constraints : how each constraint acts on it, as those of the answer
 
     Examples
     --------
@@ -104,6 +105,7 @@ class Alternative:
     extents: Extents | None
     uncertainty: Uncertainty | None
     evidence: float | None
+    active_constraints: Mapping[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """The parameters, with what stands beside `primitive` in the answer."""
@@ -114,6 +116,18 @@ class Alternative:
             "uncertainty": plain(self.uncertainty),
             "evidence": plain(self.evidence),
         }
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where the points of an answer are from, for reports: the name of the file, its format and its columns.
+
+    `name` is None where there was no file.
+    """
+
+    name: str | None
+    format: str
+    columns: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -144,6 +158,7 @@ class Recognition:
     warnings : what to know of the points, as that some are missing, a sentence each
     unit : of all lengths, where it is known
     points : (N, 3) that were given, NaN where one was missing; None where they were left behind
+    source : of these points, where `fit` had them from; None where that is not known. No part of a comparison
 
     Examples
     --------
@@ -174,6 +189,7 @@ class Recognition:
     warnings: tuple[str, ...] = ()
     unit: Unit | None = None
     points: Array | None = field(default=None, repr=False, compare=False)
+    source: Source | None = field(default=None, repr=False, compare=False)
 
     @property
     def residuals(self) -> Array:
@@ -202,7 +218,7 @@ class Recognition:
         array = np.asarray(points, np.float64)
         if array.ndim != 2 or array.shape[1] != 3:
             raise InvalidPointCloudError(f"points have shape {array.shape}; (N, 3) is needed")
-        return replace(self, points=array)
+        return replace(self, points=array, source=None)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the points: an answer is small, whatever the cloud."""

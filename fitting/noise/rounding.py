@@ -64,19 +64,25 @@ def rounding_of(points: Array, box: Array | None = None) -> Rounding:
 def float32_step(points: Array, box: Array) -> float | None:
     """The step of float32 numbers at the largest of the coordinates (N, 3), if that is coarse for the cloud.
 
-    It is where all coordinates are such numbers, and the cloud is less than `COARSEST_STEPS` of them wide: it
-    was stored as float32 far from the origin. A grid of larger steps was not. `box` (2, 3) is that around the
-    points.
+    It is where all coordinates along an axis are such numbers, and the cloud is less than `COARSEST_STEPS` of
+    them wide: it was stored as float32 far from the origin. The others may be no such numbers, where they
+    were printed in few decimals since, but must be where this one is the same in all points. A grid of larger
+    steps was not. `box` (2, 3) is that around the points.
     """
     sizes = np.abs(box).max(axis=0)
-    largest, axis = float(sizes.max()), int(sizes.argmax())
     width = float((box[1] - box[0]).max())
-    if width >= COARSEST_STEPS * EPS[1] * largest or not _noise.are_float32(np.ascontiguousarray(points)):
-        return None
-    step = float(np.spacing(np.float32(largest)))
-    steps = points[:, axis] / step
-    is_grid = np.ptp(steps) > 0.0 and not (steps % 2.0).any()
-    return None if is_grid or width >= COARSEST_STEPS * step else step
+    for axis in np.argsort(-sizes, kind="stable"):
+        if width >= COARSEST_STEPS * EPS[1] * sizes[axis]:
+            break
+        constant = box[0, axis] == box[1, axis]
+        told = points if constant else points[:, [axis, axis, axis]]
+        if not _noise.are_float32(np.ascontiguousarray(told)):
+            continue
+        step = float(np.spacing(np.float32(sizes[axis])))
+        is_grid = not constant and not (told / step % 2.0).any()
+        if not is_grid and width < COARSEST_STEPS * step:
+            return step
+    return None
 
 
 def _step_of(points: Array, rounding: float) -> float | None:

@@ -33,7 +33,7 @@ def recognition() -> Recognition:
 @pytest.fixture
 def answered(recognition: Recognition, monkeypatch: pytest.MonkeyPatch) -> Recognition:
     """What every fit of this process gives."""
-    monkeypatch.setattr("primfit.app.engine.answer.fit_cloud", lambda cloud, options: recognition)
+    monkeypatch.setattr("primfit.app.engine.answer.fit_prepared", lambda cloud, options: recognition)
     return recognition
 
 

@@ -4,6 +4,7 @@ import gzip
 import importlib
 import io
 import json
+import zipfile
 from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
@@ -66,6 +67,27 @@ def test_it_sends_files_and_reads_lines_and_problems(generated: ModuleType, serv
     assert isinstance(line.answer.primitive, models.Cylinder)
     assert isinstance(few, models.Problem) and few.errors[0].field == "points"
     assert [option.name for option in told.options][:4] == ["kinds", "classifier", "criterion", "max_error"]
+
+
+def test_it_gets_the_files_of_an_export(generated: ModuleType, service: Service) -> None:
+    """Its unit stood with the options of the export, and is one of the fit now."""
+    models, types = _part("models"), _part("types")
+    wanted = models.FitExportArtifactsItem
+    with _connected(generated, service) as client:
+        response = _part("api.fitting.fit_export").sync_detailed(
+            client=client,
+            body=models.FitUpload(file=types.File(io.BytesIO(CSV), "cylinder.csv", "text/csv")),
+            artifacts=[wanted.STEP, wanted.CSV],
+            unit=models.FitExportUnit.MM,
+            chord_error=0.01,
+            kinds=[models.KindName.CYLINDER],
+        )
+    assert response.status_code == 200
+    with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+        assert archive.namelist() == ["answer.json", "primitive.step", "primitive.csv"]
+        answer = models.FitAnswer.from_dict(json.loads(archive.read("answer.json")))
+        assert b"SI_UNIT(.MILLI.,.METRE.)" in archive.read("primitive.step")
+    assert isinstance(answer.primitive, models.Cylinder)
 
 
 @pytest.mark.parametrize("first", ["cylinder", "plane"])

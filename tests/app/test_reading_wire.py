@@ -16,9 +16,9 @@ from tests.fitting.clouds import EXAMPLES, noisy
 POINTS = noisy(EXAMPLES["cylinder"], 200, 0.01)
 TABLE = np.column_stack([np.full(200, 7.0), POINTS])
 TABLE[[5, 9], 2] = np.nan
-CSV = b"kind,E,N,H\n" + b"\n".join(b",".join(b"%.17g" % cell for cell in row) for row in TABLE.tolist())
+CSV = b"kind,A,B,H\n" + b"\n".join(b",".join(b"%.17g" % cell for cell in row) for row in TABLE.tolist())
 KEPT = np.delete(POINTS, [5, 9], axis=0)
-OPTIONS = {"columns": ["E", "N", "H"], "unit": "mm"}
+OPTIONS = {"columns": ["A", "B", "H"], "unit": "mm"}
 WARNING = "Missing points were dropped: 2 with coordinates that are not finite."
 
 
@@ -28,7 +28,7 @@ def _run(*args: object) -> Any:
 
 def _check(answer: dict[str, Any]) -> None:
     receipt = answer["receipt"]
-    assert receipt["n_points"] == 198 and receipt["columns"] == ["E", "N", "H"]
+    assert receipt["n_points"] == 198 and receipt["columns"] == ["A", "B", "H"]
     assert receipt["dropped"] == {"not_finite": 2, "zero": 0}
     assert (receipt["unit"], receipt["unit_from"]) == ("mm", "option")
     assert answer["warnings"] == [WARNING]
@@ -40,8 +40,8 @@ def _check(answer: dict[str, Any]) -> None:
 def test_the_service_takes_them_in_the_query_and_beside_a_file(service: Service) -> None:
     upload = {"file": ("a.csv", CSV), "options": (None, json.dumps(OPTIONS), "application/json")}
     for response in (
-        service.post(CSV, "text/csv", columns="E,N,H", unit="mm"),
-        service.post(CSV, "text/csv", columns=["E", "N", "H"], unit="mm"),
+        service.post(CSV, "text/csv", columns="A,B,H", unit="mm"),
+        service.post(CSV, "text/csv", columns=["A", "B", "H"], unit="mm"),
         service.client.post("/fit", files=upload),
     ):
         assert response.status_code == 200, response.text
@@ -53,7 +53,7 @@ def test_the_service_takes_them_in_the_query_and_beside_a_file(service: Service)
 def test_the_command_line_takes_them(tmp_path: Path) -> None:
     file = tmp_path / "cloud.csv"
     file.write_bytes(CSV)
-    words = ("--columns", "E,N,H", "--unit", "mm")
+    words = ("--columns", "A,B,H", "--unit", "mm")
     _check(json.loads(_run("fit", "--json", *words, file).stdout))
     shown = _run("fit", *words, file).stdout
     assert WARNING in shown and "in mm" in shown
@@ -64,7 +64,7 @@ def test_the_command_line_takes_them(tmp_path: Path) -> None:
 def test_python_takes_them(tmp_path: Path) -> None:
     file = tmp_path / "cloud.csv"
     file.write_bytes(CSV)
-    found = primfit.fit(file, columns="E,N,H", unit="mm")
+    found = primfit.fit(file, columns="A,B,H", unit="mm")
     assert found.unit == "mm" and found.warnings == (WARNING,)
     for other in (
         primfit.fit(str(file), columns=[2, 3, 4], unit="mm"),
@@ -81,11 +81,11 @@ def test_python_takes_them(tmp_path: Path) -> None:
 def test_missing_points_are_refused_by_their_places_where_that_is_asked_for(
     service: Service, tmp_path: Path
 ) -> None:
-    response = service.post(CSV, "text/csv", columns="E,N,H", missing="error")
+    response = service.post(CSV, "text/csv", columns="A,B,H", missing="error")
     assert response.status_code == 422
     assert [error["field"] for error in response.json()["errors"]] == ["points[5][1]", "points[9][1]"]
     (tmp_path / "cloud.csv").write_bytes(CSV)
-    result = _run("fit", "--columns", "E,N,H", "--missing", "error", tmp_path / "cloud.csv")
+    result = _run("fit", "--columns", "A,B,H", "--missing", "error", tmp_path / "cloud.csv")
     assert result.exit_code == 2 and "points[5][1]: 2 coordinates are NaN or infinite" in result.stderr
     with pytest.raises(primfit.InvalidPointCloudError, match="2 coordinates are NaN"):
         primfit.fit(TABLE[:, 1:], missing="error")
@@ -94,10 +94,10 @@ def test_missing_points_are_refused_by_their_places_where_that_is_asked_for(
 @pytest.mark.parametrize(
     ("query", "field"),
     [
-        ({"columns": "E,N"}, "columns"),
-        ({"columns": "E,N,H,kind"}, "options.columns"),
-        ({"columns": "E,N,N"}, "options.columns"),
-        ({"columns": "E,N,Z"}, "columns"),
+        ({"columns": "A,B"}, "columns"),
+        ({"columns": "A,B,H,kind"}, "options.columns"),
+        ({"columns": "A,B,B"}, "options.columns"),
+        ({"columns": "A,B,Z"}, "columns"),
         ({"missing": "keep"}, "missing"),
         ({"unit": "furlong"}, "unit"),
         ({}, "header"),
@@ -158,3 +158,31 @@ def test_coarse_coordinates_bring_a_warning() -> None:
     (warning,) = primfit.fit(far, unit="m").warnings
     assert warning.startswith("The coordinates are float32 numbers in steps of 0.500 m: store float64")
     assert primfit.fit(far.astype(np.float64) + 0.1).warnings == ()
+
+
+def test_options_in_a_file_and_in_the_call_do_not_disagree_in_silence(
+    service: Service, tmp_path: Path
+) -> None:
+    file = tmp_path / "cloud.json"
+    file.write_text(json.dumps({"points": POINTS.tolist(), "options": {"unit": "mm", "seed": 3}}))
+    assert primfit.fit(file).unit == "mm" and primfit.fit(file, tolerance=0.01).unit == "mm"
+    for given in ({"unit": "m"}, {"seed": 4}):
+        ((name, value),) = given.items()
+        with pytest.raises(primfit.InvalidOptionError, match="in the file; keep one") as caught:
+            primfit.fit(file, **given)
+        assert caught.value.field == name
+        result = _run("fit", f"--{name}", value, file)
+        assert result.exit_code == 2 and "given in two places; keep one" in result.stderr
+        response = service.client.post(f"/fit?{name}={value}", files={"file": ("a.json", file.read_bytes())})
+        assert response.status_code == 422
+        assert response.json()["errors"][0]["field"] == f"options.{name}"
+
+
+def test_the_report_of_a_file_says_which_it_is(tmp_path: Path) -> None:
+    file = tmp_path / "pipe 7.csv"
+    file.write_bytes(CSV)
+    found = primfit.fit(file, columns="A,B,H")
+    page = found.export("report").decode()
+    assert "<code>text: A B H</code>" in page and "<dd>pipe 7.csv</dd>" in page
+    page = primfit.export(found, "report", KEPT).decode()
+    assert "<code>array: x y z</code>" in page and "pipe 7.csv" not in page

@@ -146,6 +146,25 @@ def test_any_kind_of_an_ambiguous_answer_is_exported(service: Any) -> None:
         primfit.export(found, "csv", export_kind="torus")
 
 
+def test_constraints_act_on_the_kind_that_is_exported(service: Any) -> None:
+    rng = np.random.default_rng(1)
+    pipe = primfit.Cylinder([0, 0, 1], [0, 0, 0], 100.0)
+    strip = pipe.surface(rng.uniform(0.0, 0.1, 40), rng.uniform(0.0, 30.0, 40))
+    strip += rng.normal(0.0, 0.02, strip.shape)
+    given = {"radius": {"min": 50}, "normal": {"direction": [1, 0, 0], "max_angle": 1}}
+    found = primfit.fit(strip, constraints=given)
+    assert found.status == "ambiguous" and "bounds, not active" in found.active_constraints["radius"]
+    page = found.export("report", export_kind="plane").decode()
+    (table,) = re.findall("<h2>Constraints</h2>.*?</table>", page, re.S)
+    assert "not applicable: a plane has no radius" in table and "largest angle, not active" in table
+    request = {"points": strip.tolist(), "options": {"constraints": given}}
+    response = _export(
+        service, json.dumps(request).encode(), "application/json", artifacts="report", export_kind="plane"
+    )
+    with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+        assert table.encode() in archive.read("report.html")
+
+
 def test_an_stl_far_from_the_origin_is_about_an_origin_that_it_tells(service: Any) -> None:
     points = np.loadtxt(CSV, delimiter=",", skiprows=2) + np.array([500_000.0, 5_400_000.0, 0.0])
     request = json.dumps({"points": points.tolist()}).encode()
@@ -154,8 +173,12 @@ def test_an_stl_far_from_the_origin_is_about_an_origin_that_it_tells(service: An
     assert said["artifact"] == "stl" and "less (500" in said["warning"]
     with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
         content = archive.read("primitive.stl")
-    with pytest.warns(UserWarning, match="too coarse so far from the origin"):
+    with pytest.warns(UserWarning, match="STL holds float32, too coarse so far from the origin"):
         primfit.export(primfit.fit(points), "stl")
+    with pytest.warns(
+        UserWarning, match=r"GLB .* its mesh is about \(500\d\d\d, 5399\d\d\d, \d+ mm\), where"
+    ):
+        primfit.export(primfit.fit(points, unit="mm"), "glb")
     origin = [float(word) for word in content[:80].decode().partition(" about ")[2].split()]
     corners = np.frombuffer(content[84:], np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]))[
         "c"

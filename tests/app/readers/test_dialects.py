@@ -193,7 +193,9 @@ def test_a_quote_that_does_not_end_takes_no_other_row_in(text: bytes) -> None:
 def test_inches_are_no_quotes() -> None:
     cloud = read(b'x,y,z,part\n1,2,3,2"\n4,5,6,"wall,"\n', pick=Pick("part"))
     np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [4, 5, 6]])
-    assert cloud.labels is not None and cloud.labels.tolist() == ["2", "wall,"]
+    assert cloud.labels is not None and cloud.labels.tolist() == ['2"', "wall,"]
+    for text in (b'1 2 3 2"\n4 5 6 "7a"\n', b'1;2;3;2"\n4;5;6;"7a"\n', b'1,2,3,"2"""\n4,5,6,7a\n'):
+        assert read(text, pick=Pick("4")).labels.tolist() == ['2"', "7a"]  # type: ignore[union-attr]
 
 
 WRITTEN = {
@@ -225,6 +227,17 @@ WRITTEN = {
     "a comment with units": "# Y [mm] X [mm] Z [mm]\n2 1.5 3\n5 4 6\n8 7 9\n",
     "a comment of surveyors": "# Northing Easting Height\n2 1.5 3\n5 4 6\n8 7 9\n",
     "a header with units between spaces": "Y [mm] X [mm] Z [mm]\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "a comment without the index": "# y x z\n1 2 1.5 3\n2 5 4 6\n3 8 7 9\n",
+    "a comment without the index, in floats": "# x y z\n0e0 1.5 2 3\n1e0 4 5 6\n2e0 7 8 9\n",
+    "a header of R": '"y" "x" "z" "i"\n"1" 2 1.5 3 0\n"2" 5 4 6 0\n"3" 8 7 9 1\n',
+    "initials of surveyors": "P,N,E,Z,D\n31,2,1.5,3,STM\n30,5,4,6,STM\n7,8,7,9,STM\n",
+    "initials in a comment": "# N E H\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "another name of the height": "Y;X;H\n2;1.5;3\n5;4;6\n8;7;9\n",
+    "names of surveyors in Spanish": "# Norte Este Cota\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "words with the names": "# y_coord x_coord z_coord\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "words before the names": "CoordY,CoordX,CoordZ\n2,1.5,3\n5,4,6\n8,7,9\n",
+    "fields of a structure": "# pos.y, pos.x, pos.z\n2 1.5 3\n5 4 6\n8 7 9\n",
+    "names with units behind": "Ymm\tXmm\tZmm\n2\t1.5\t3\n5\t4\t6\n8\t7\t9\n",
     "a header of surveyors": "Hochwert;Rechtswert;H\u00f6he\n2;1.5;3\n5;4;6\n8;7;9\n",
     "a header cut by commas over spaces": "y,x,z\n2 1.5 3\n5 4 6\n8 7 9\n",
     "a header cut by spaces over commas": "y x z\n2,1.5,3\n5,4,6\n8,7,9\n",
@@ -238,6 +251,61 @@ NINE = [[1.5, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]
 @pytest.mark.parametrize("name", WRITTEN)
 def test_texts_are_read_as_programs_write_them(name: str, encoding: str) -> None:
     np.testing.assert_array_equal(read(WRITTEN[name].encode(encoding)).points, NINE)
+
+
+NARROW = {
+    "words above an identifier": "# x y z\n{0} {1} {2} {3}\n",
+    "a header above an identifier": "x y z\n{0} {1} {2} {3}\n",
+    "an index that breaks off": "# x y z\n{4} {1} {2} {3}\n",
+}
+
+
+@pytest.mark.parametrize("text", NARROW.values(), ids=NARROW)
+@pytest.mark.parametrize("columns", [None, ("x", "y", "z")], ids=["found", "by name"])
+def test_names_of_fewer_columns_are_not_given_to_an_identifier(
+    text: str, columns: tuple[str, ...] | None
+) -> None:
+    head, row = text.split("\n")[:2]
+    points = POINTS.round(3)
+    rows = [row.format(i * 7 % 20, *map(repr, p), i if i < 19 else 0) for i, p in enumerate(points.tolist())]
+    data = "\n".join([head, *rows, row.format(99, 1.5, 2.5, 3.5, 5)]).encode()
+    if "{4}" in text:
+        data = "\n".join([head, *rows[:19], *rows]).encode()
+    with pytest.raises(UnreadableFileError, match=r"1,2,3 or 2,3,4; say which: columns=2,3,4"):
+        read(data, pick=Pick(columns=columns))
+    np.testing.assert_array_equal(read(data, pick=Pick(columns=(2, 3, 4))).points[:19], points[:19])
+
+
+def test_columns_behind_an_index_that_has_no_name_are_picked_by_name() -> None:
+    text = WRITTEN["a header of R"].encode()
+    np.testing.assert_array_equal(read(text, pick=Pick(columns=("x", "y", "z"))).points, NINE)
+    np.testing.assert_array_equal(read(text, pick=Pick(columns=("3", "2", "4"))).points, NINE)
+    assert read(text, pick=Pick("i")).labels.tolist() == [0, 0, 1]  # type: ignore[union-attr]
+
+
+def test_names_of_two_coordinates_in_another_order_are_not_passed_over() -> None:
+    for text in (b"# y x\n2 1.5 3\n5 4 6\n", b"y x\n2\t1.5\t3\n5\t4\t6\n"):
+        with pytest.raises(UnreadableFileError, match="names y, x in this order") as caught:
+            read(text)
+        assert caught.value.field == "columns"
+        np.testing.assert_array_equal(
+            read(text, pick=Pick(columns=(2, 1, 3))).points, [[1.5, 2, 3], [4, 5, 6]]
+        )
+    np.testing.assert_array_equal(
+        read(b"# z up, y forward\n1.5 2 3\n4 5 6\n").points, [[1.5, 2, 3], [4, 5, 6]]
+    )
+
+
+def test_a_header_of_three_names_above_decimal_commas_between_commas_says_so() -> None:
+    with pytest.raises(UnreadableFileError, match="if commas are decimal, separate the cells by semicolons"):
+        read(b"x,y,z\n1,5,2,25,3,5\n4,5,5,5,6,5\n")
+
+
+def test_numbered_columns_above_whole_numbers_are_no_point_if_they_lie_apart() -> None:
+    far = b"0,1,2\n4120,-870,310\n4133,-861,305\n4101,-855,322\n"
+    np.testing.assert_array_equal(read(far).points[:, 0], [4120, 4133, 4101])
+    near = b"0,1,2\n0,1,3\n0,2,2\n1,2,3\n"
+    np.testing.assert_array_equal(read(near).points[:, 0], [0, 0, 0, 1])
 
 
 def test_utf_16_is_read_in_either_order_of_bytes() -> None:

@@ -19,8 +19,11 @@ BEFORE: dict[str, Callable[[int], str]] = {
     "an index in floats": lambda i: f"{i + i // 3:.6e}",
     "identifiers": lambda i: str(100000000 + i * 7919 % 1003),
     "seconds": lambda i: f"{1611234567.1 + i * 0.0133:.6f}",
+    "seconds of several points": lambda i: f"{1611234567.1 + i // 3 * 0.0133:.6f}",
     "an intensity": lambda i: str(COLORS[i, 0]),
     "one label": lambda i: "3",
+    "one label in floats": lambda i: "3.000000e+00",
+    "one fraction": lambda i: "1.5",
     "a name": lambda i: f"P{i}",
     "nothing": lambda i: "",
 }
@@ -43,6 +46,29 @@ def test_colors_before_the_points_are_none() -> None:
         for data in (text.encode(), npy(rows)):
             with pytest.raises(UnreadableFileError, match=r"say which: columns=[34],[45],[56]"):
                 read(data)
+
+
+def test_shares_of_colors_before_the_points_are_none() -> None:
+    for rows in (
+        np.column_stack([COLORS / 255.0, POINTS]),
+        np.column_stack([np.arange(40), COLORS / 255.0, POINTS]),
+    ):
+        text = "\n".join(" ".join(f"{x:g}" for x in row) for row in rows).encode()
+        with pytest.raises(UnreadableFileError, match=r"say which: columns=(4,5,6|5,6,7)"):
+            read(text)
+
+
+def test_an_identifier_behind_an_index_is_none() -> None:
+    rows = np.column_stack([np.arange(40), np.arange(40) * 7 % 40, POINTS])
+    for data in (npy(rows), "\n".join(" ".join(f"{x:g}" for x in row) for row in rows).encode()):
+        with pytest.raises(UnreadableFileError, match=r"2,3,4 or 3,4,5; say which: columns=3,4,5"):
+            read(data)
+
+
+def test_a_plane_of_one_x_keeps_it_where_no_other_columns_may_be_the_point() -> None:
+    rows = np.column_stack([POINTS * [0.0, 1.0, 1.0] + [2.5, 0.0, 0.0], np.tile([1.0, 0.0, 0.0], (40, 1))])
+    for data in (npy(rows), "\n".join(" ".join(f"{x:.4f}" for x in row) for row in rows).encode()):
+        np.testing.assert_allclose(read(data).points, rows[:, :3], atol=1e-3)
 
 
 @pytest.mark.parametrize("first", [np.cumsum(np.arange(40) % 3 + 1), np.linspace(0.0, 0.7, 40)])

@@ -105,7 +105,7 @@ def test_points_that_float32_makes_one_or_a_line_are_told_so() -> None:
         recognize(in_float32([0.1, 0.1, 100.0] * points, 1.0))
 
 
-def test_float32_steps_are_coarse_only_far_from_the_origin_and_where_all_numbers_are_such() -> None:
+def test_float32_steps_are_coarse_only_far_from_the_origin_and_where_numbers_along_an_axis_are_such() -> None:
     points = sample(EXAMPLES["sphere"], 500) / EXAMPLES["sphere"].radius
     near = points.astype(np.float32).astype(np.float64)
     assert rounding.float32_step(near, bounds(near)) is None
@@ -113,7 +113,26 @@ def test_float32_steps_are_coarse_only_far_from_the_origin_and_where_all_numbers
         far = in_float32(points, size)
         assert rounding.float32_step(far, bounds(far)) == step
         far[17, 2] += 1e-9
+        assert rounding.float32_step(far, bounds(far)) == step
+        far[17, :2] += 1e-9
         assert rounding.float32_step(far, bounds(far)) is None
+
+
+def test_float32_coordinates_that_were_printed_since_are_told_by_their_steps() -> None:
+    """With two decimals the height above 316 is no float32 number, and the steps of 0.5 remain."""
+    points = sample(EXAMPLES["sphere"], 500) / EXAMPLES["sphere"].radius
+    printed = np.round(in_float32(points, 10.0), 2)
+    with pytest.raises(
+        InvalidPointCloudError, match=r"not 30 steps of its coordinates; float32 .* steps of 0\.5"
+    ):
+        recognize(printed)
+    wall = (5.0 * points + FAR) * [1.0, 0.0, 1.0] + [0.0, 5_463_024.5, 0.0]
+    assert recognize(np.round(wall, 4)).primitive.kind == "plane"  # type: ignore[union-attr]
+
+
+def test_coordinates_too_large_for_float32_are_none() -> None:
+    huge = sample(EXAMPLES["sphere"], 50) * 1e30 + 1e45
+    assert rounding.float32_step(huge, bounds(huge)) is None
 
 
 def test_a_grid_of_whole_numbers_was_not_made_by_float32() -> None:
