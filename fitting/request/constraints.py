@@ -299,10 +299,10 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Range):
         if value.fixed:
             return {"value": value.low}
-        bounds = {"min": value.low, "max": value.high}
-        return {name: bound for name, bound in bounds.items() if 0.0 < bound < math.inf}
+        bounds = {"min": (value.low, 0.0), "max": (value.high, math.inf)}
+        return {name: bound for name, (bound, open_end) in bounds.items() if bound != open_end}
     if isinstance(value, Direction):
-        return {"direction": list(value.direction), "max_angle": value.max_angle}
+        return {"direction": _plain(value.direction), "max_angle": value.max_angle}
     return list(value) if isinstance(value, tuple) else value
 
 
