@@ -141,6 +141,19 @@ def test_an_example_prints_what_stands_there(block: Block) -> None:
     doctest.DebugRunner().run(example)
 
 
+BRITISH = re.compile(
+    r"\b(?:optimis|minimis|normalis|recognis|colour|centre|metre|millimetre|artefact|behaviour)\w*",
+    re.IGNORECASE,
+)
+
+
+@pytest.mark.parametrize("path", [ROOT / "README.md", ROOT / "CHANGELOG.md", *DOCS.glob("*.md")], ids=str)
+def test_prose_is_american_and_percent_signs_follow_their_numbers(path: Path) -> None:
+    prose = re.sub(r"`[^`]*`", "", FENCE.sub("", path.read_text()))
+    assert not re.findall(r"[0-9] %.{0,20}", prose)
+    assert not BRITISH.findall(prose)
+
+
 SENTENCES = {
     " ".join(command.split())
     for path in PAGES
