@@ -93,7 +93,7 @@ def table(found: dict[tuple[int, int], Use], n: int, workers: int) -> str:
         f"| a cloud, CPU of the first process | {1e3 * alone.cpu / clouds:.2f} ms | {parent:.3f} ms |",
         "",
         f"{workers} processes do {gain:.2f} times as much as one; bar for two: {BAR}.",
-        f"The first process spends {100 * parent / milliseconds:.1f} % of a fit of {milliseconds:g} ms; "
+        f"The first process spends {100 * parent / milliseconds:.1f}% of a fit of {milliseconds:g} ms; "
         f"bar: {percent:g} %.",
     ]
     return "\n".join(lines)

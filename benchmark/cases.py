@@ -135,8 +135,8 @@ def exact_share(seed: int, index: int) -> Case:
 
 SCAN_BUCKETS: dict[str, Buckets] = {
     "points": ((100, "20 to 100"), (1000, "100 to 1,000"), (np.inf, "1,000 to 20,000")),
-    "noise": ((0.0, "none"), (1e-3, "up to 0.1 %"), (5e-3, "0.1 to 0.5 %"), (np.inf, "0.5 to 2 %")),
-    "outliers": ((0.0, "none"), (0.1, "up to 10 %"), (np.inf, "over 10 %")),
+    "noise": ((0.0, "none"), (1e-3, "up to 0.1%"), (5e-3, "0.1 to 0.5%"), (np.inf, "0.5 to 2%")),
+    "outliers": ((0.0, "none"), (0.1, "up to 10%"), (np.inf, "over 10%")),
 }
 """Noise is a share of the extent."""
 
@@ -252,7 +252,7 @@ FAMILIES: dict[str, BenchmarkRecipe | ScannerRecipe] = {
 COORDINATES = ("as they are", "float32", "1 mm", "offset 1e7")
 OFFSET = np.array([1e7, -1e7, 1e7])
 MILLIMETRE = 1e-3
-"""Of an object of a metre, and of a benchmark cloud as if its unit were the metre."""
+"""Of an object of a meter, and of a benchmark cloud as if its unit were the meter."""
 
 
 def coordinates(seed: int, index: int) -> Case:
@@ -311,7 +311,7 @@ SLIGHT = AMPLITUDES[:3]
 """Multiples of the noise up to which the true kind is right, whatever the number of points."""
 BOW_BUCKETS: dict[str, Buckets] = {
     "points": ((1000, "200 to 1,000"), (10_000, "1,000 to 10,000"), (np.inf, "10,000 to 50,000")),
-    "noise": ((1e-3, "up to 0.1 %"), (np.inf, "0.1 to 0.5 %")),
+    "noise": ((1e-3, "up to 0.1%"), (np.inf, "0.1 to 0.5%")),
 }
 
 
@@ -388,11 +388,11 @@ def _names(bounds: Buckets) -> tuple[str, ...]:
 
 def _scans_of(noise: float) -> Description:
     return Description(
-        f"Scans with noise of {noise:g} %",
-        f"Scans of 2,000 points with noise of {noise:g} % of the extent, no gross outliers (mixed pixels at "
+        f"Scans with noise of {noise:g}%",
+        f"Scans of 2,000 points with noise of {noise:g}% of the extent, no gross outliers (mixed pixels at "
         "edges come with scans), arcs uniform from 60 degrees to a whole turn. The noise is never lowered: "
         "where it would hide the kind from the simpler ones, piece and arc are drawn again. So slender and "
-        "flat pieces are missing, and at 2 % cones of short arcs.",
+        "flat pieces are missing, and at 2% cones of short arcs.",
         {"arc [deg]": _names(HELD_ARCS), "neighbours": NEIGHBOURS},
     )
 
@@ -415,7 +415,7 @@ CASE_SETS: dict[str, CaseSet] = {
             "Sensors",
             "Parts as eleven sorts of sensors see them, from depth cameras to contact machines: noise that "
             "is mostly correlated, depth steps, rings, waves along lines, bows of the sensor and of the "
-            "part, double walls, fringes and tails at edges, ragged borders, up to 3 % gross outliers; 50 to "
+            "part, double walls, fringes and tails at edges, ragged borders, up to 3% gross outliers; 50 to "
             "200,000 points. Whoever knew the errors' covariance could tell the kind.",
             {"points": _names(SENSOR_POINTS), "sensor": SENSORS, "largest effect": MOVES},
         ),
@@ -426,8 +426,8 @@ CASE_SETS: dict[str, CaseSet] = {
     "scanner": CaseSet(
         Description(
             "Scans",
-            "What one to four stations of a virtual scanner see of a piece: every point noisy (up to 2 % of "
-            "the extent, less where that would hide the kind), up to 20 % gross outliers, arcs from 30 "
+            "What one to four stations of a virtual scanner see of a piece: every point noisy (up to 2% of "
+            "the extent, less where that would hide the kind), up to 20% gross outliers, arcs from 30 "
             "degrees, 20 to 20,000 points.",
             {name: _names(bounds) for name, bounds in SCAN_BUCKETS.items()},
         ),
@@ -450,7 +450,7 @@ CASE_SETS: dict[str, CaseSet] = {
     "outliers": CaseSet(
         Description(
             "Gross outliers",
-            "Scans of 2,000 points with noise of 0.1 % of the extent, of which a share has nothing to do "
+            "Scans of 2,000 points with noise of 0.1% of the extent, of which a share has nothing to do "
             "with the surface.",
             {"outliers [%]": OUTLIERS},
         ),
@@ -462,7 +462,7 @@ CASE_SETS: dict[str, CaseSet] = {
         Description(
             "Arcs",
             "Scans of an object that is a part of a turn (of a sphere: a cap); of a whole turn a scanner "
-            "may see half. Noise of 0.1 % of the extent, less where that would hide the kind. Planes have "
+            "may see half. Noise of 0.1% of the extent, less where that would hide the kind. Planes have "
             "no arc.",
             {"arc [deg]": ARCS},
         ),
@@ -494,7 +494,7 @@ CASE_SETS: dict[str, CaseSet] = {
     "sizes": CaseSet(
         Description(
             "Number of points",
-            "Scans with noise of 0.1 % of the extent and no gross outliers, from 20 points to a million.",
+            "Scans with noise of 0.1% of the extent and no gross outliers, from 20 points to a million.",
             {"points": SIZES},
         ),
         40,
@@ -504,7 +504,7 @@ CASE_SETS: dict[str, CaseSet] = {
     "coordinates": CaseSet(
         Description(
             "Coordinates",
-            "The same clouds with coordinates as they are, as float32, in steps of a millimetre (objects of "
+            "The same clouds with coordinates as they are, as float32, in steps of a millimeter (objects of "
             "a metre), and with 1e7 added.",
             {"coordinates": COORDINATES, "family": tuple(FAMILIES)},
         ),
@@ -517,11 +517,11 @@ CASE_SETS: dict[str, CaseSet] = {
             "What cannot be told, and what can",
             "Pairs of surfaces of different kinds that hardly differ where the cloud is: 30 to 60 points on "
             "one of the two, with independent normal noise along the normal. *Indistinguishable*: with so "
-            "much noise (1 to 2 % of the extent) that the truth gains only 0.1 in log-likelihood on the "
+            "much noise (1 to 2% of the extent) that the truth gains only 0.1 in log-likelihood on the "
             "other surface, on the average; whoever knew the noise and both surfaces would be right on 59 %. "
             "The right answer is the simpler kind, whichever was drawn; one that is `ambiguous` and names it "
             "first is as good for the bar, but not counted as right here. *Clearly distinguishable*: pairs "
-            "that are over 0.6 % of the extent apart (root mean square), three times what sensors and parts "
+            "that are over 0.6% of the extent apart (root mean square), three times what sensors and parts "
             "bow by, with so little noise that the gain is 500. The true kind is right. No surface has a "
             "radius of over 5 extents, no torus meets itself.",
             {"the pair is": tuple(GAINS), "pair": tuple(PAIR_GROUPS)},
@@ -534,7 +534,7 @@ CASE_SETS: dict[str, CaseSet] = {
         Description(
             "Bias of the radius",
             "Spheres and cylinders (two radii long), whole and of 120 degrees, sampled evenly: 1,000 points "
-            "with independent normal noise of 1 % of the radius, along the normal or the same in all "
+            "with independent normal noise of 1% of the radius, along the normal or the same in all "
             "directions.",
             {"noise": NOISE_LAWS, "object": tuple(OBJECTS)},
         ),
@@ -549,7 +549,7 @@ CASE_SETS: dict[str, CaseSet] = {
             "Parts that deviate smoothly from their kind by 0.25 to 3 noise scales (root mean square, what "
             "the parameters of the kind cannot take): planes with a dome or a sag, cylinders, cones and "
             "tori that are bent, have two to five lobes or bulge, spheres with lobes or a bulge; sign and "
-            "direction at random. White noise of 0.02 to 0.5 % of the extent along the normal, 200 to "
+            "direction at random. White noise of 0.02 to 0.5% of the extent along the normal, 200 to "
             "50,000 points (log-uniform). Each part is shown at every amplitude. The right answer is the "
             "kind of the part; at 3 noise scales a more general kind that follows the deviation, or "
             "`ambiguous`, will do.",
@@ -571,7 +571,7 @@ CASE_SETS: dict[str, CaseSet] = {
             "Cones of 20 to 60 degrees on arcs of 30 to 60 degrees whose radius doubles, 300 to 20,000 "
             "points with independent noise, under which the points show the angle: twice what the best cone "
             "gains on the best cylinder in log-likelihood, the chi^2 of the angle, is over 20 (drawn "
-            "log-uniform up to 500; noise of at most 3 % of the extent). And cylinders of the same radius, "
+            "log-uniform up to 500; noise of at most 3% of the extent). And cylinders of the same radius, "
             "arc and length, with as many points and as much noise.",
             {
                 "shape": CONE_ARCS,
@@ -589,7 +589,7 @@ CASE_SETS: dict[str, CaseSet] = {
             "Bars and pipes",
             "Twenty sorts of sections that are no circle, drawn out to bars of 1 to 5 widths with all sides "
             "and no ends: three to eight faces, rectangles, L, U, T, I and C, ellipses, half-round, "
-            "stadium, star. In an eighth of the clouds no noise, else 0.03 to 3 % of the width "
+            "stadium, star. In an eighth of the clouds no noise, else 0.03 to 3% of the width "
             "(independent, along the normal), 200 to 20,000 points (all log-uniform). Every fourth cloud is "
             "a round pipe. Grouped by how far the clean section is off the nearest circle or line (root "
             "mean square) in noise scales. The right answer is `no_fit`, of a pipe the cylinder; below 3 "
@@ -606,12 +606,12 @@ CASE_SETS: dict[str, CaseSet] = {
             "Scans of six other shapes: ellipsoids whose half-axes differ by a fifth at least (1, 0.4 to "
             "0.8, from 0.25), corners of boxes with sides of 0.5 to 1, cylinders 1 to 5 radii long with flat "
             "or round caps, one in view, saddles z = a x^2 - b y^2 (a, b from 0.3 to 1) over a square of "
-            "side 2, spheres with six waves of 4 to 12 % of the radius, and two pieces of primitives side by "
-            "side, the second 0.4 to 1 times as large and with 30 to 70 % of the points. Of shapes of "
-            "several surfaces none has over 75 % of the points. 200 to 10,000 points from one to three "
-            "stations, noise of 0.01 to 1 % of the extent (both log-uniform), in half of the clouds up to "
-            "10 % gross outliers. Grouped by how far the clean shape, where it is seen, is off the nearest "
-            "primitive of any kind (root mean square), in noise scales or in 0.2 % of the extent, which "
+            "side 2, spheres with six waves of 4 to 12% of the radius, and two pieces of primitives side by "
+            "side, the second 0.4 to 1 times as large and with 30 to 70% of the points. Of shapes of "
+            "several surfaces none has over 75% of the points. 200 to 10,000 points from one to three "
+            "stations, noise of 0.01 to 1% of the extent (both log-uniform), in half of the clouds up to "
+            "10% gross outliers. Grouped by how far the clean shape, where it is seen, is off the nearest "
+            "primitive of any kind (root mean square), in noise scales or in 0.2% of the extent, which "
             "sensors and parts bow by, whichever is larger. The right answer is `no_fit`; below 3 "
             "`ambiguous` or an answer that names the deviation will do, below 1 nothing is asked. Methods "
             "that are given the kind are not asked.",

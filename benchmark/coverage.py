@@ -1,4 +1,4 @@
-"""Do the 95 % intervals hold the truth in 95 of 100 cases? Scans whose noise is known, and what is counted.
+"""Do the 95% intervals hold the truth in 95 of 100 cases? Scans whose noise is known, and what is counted.
 
 A cloud is what a virtual scanner sees of a piece, without its noise; the noise is put on along the normal:
 the same everywhere (`independent`), three times as large at one end as at the other (`uneven`), a random

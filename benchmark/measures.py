@@ -53,7 +53,7 @@ def is_right(status: str, found: Primitive | None, kind: str) -> bool:
 def l2(found: Primitive, truth: Primitive) -> float:
     """The track's L2 distance between parameter vectors of one kind, lengths and radians as they are.
 
-    Minimised over the sign of the axis, with a torus's radii sorted; the points of planes and cylinders
+    Minimized over the sign of the axis, with a torus's radii sorted; the points of planes and cylinders
     are left out. Source: Romanengo et al. 2022, section 2.2.2.
     """
     a, b = (_compared(primitive) for primitive in (found, truth))
@@ -191,7 +191,7 @@ def reference_errors(truth: Primitive, points: Array, noise: float) -> dict[str,
     The reference is least squares on the points (N, 3) that belong to the surface, started at the truth.
     `expected` is  noise sqrt(dof / N)  over the extent. A fit off by the parameters p has the surface error
     |J p| / sqrt(N) to first order, with the derivatives J of the distances; the covariance of least squares
-    is C = noise^2 (J^T J)^-1. So  surface / expected = sqrt(p^T C^-1 p / dof): covariance-normalised.
+    is C = noise^2 (J^T J)^-1. So  surface / expected = sqrt(p^T C^-1 p / dof): covariance-normalized.
     """
     frame = Frame.of(points)
     start = truth.transformed(np.eye(3), -frame.center / frame.scale, 1.0 / frame.scale)

@@ -48,8 +48,8 @@ def make_parser(
   {program} run --full --peers        everything, a few hours; goes on where it was cut off
   {program} report                    tables and pictures from the records
   {program} service                   what a request to the service takes more than the fit alone
-  {program} coverage --n 100          do the 95 % intervals hold the truth?
-  {program} proofs --seed 7           beside independent optimisers, and turned, moved, scaled, permuted
+  {program} coverage --n 100          do the 95% intervals hold the truth?
+  {program} proofs --seed 7           beside independent optimizers, and turned, moved, scaled, permuted
   {program} drawing                   how many clouds of each recipe are drawn in a minute
   {program} steps                     how long each step of a fit takes, and what the machine could do
   {program} speed                     primfit beside other libraries, and by the number of points
@@ -150,7 +150,7 @@ def _add_service(actions: Any) -> argparse.ArgumentParser:
 def _add_coverage(actions: Any) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = actions.add_parser(
         "coverage",
-        help="do the 95 %% intervals hold the truth, and do warnings come when they should?",
+        help="do the 95%% intervals hold the truth, and do warnings come when they should?",
         description="Fit clouds whose truth and noise are known, and write uncertainty-coverage.md and "
         "images/uncertainty-coverage.png.",
     )
@@ -176,7 +176,7 @@ def _add_proofs(actions: Any) -> argparse.ArgumentParser:
     )
     parser: argparse.ArgumentParser = actions.add_parser(
         "proofs",
-        help="hold answers against independent optimisers, and against those for the cloud transformed",
+        help="hold answers against independent optimizers, and against those for the cloud transformed",
         description="Draw cases from a seed, measure them, and store a record for each in proofs.jsonl, "
         "which the report reads. A run that was cut off goes on; another seed replaces the one before.",
         epilog=f"sets:\n{sets}",

@@ -30,7 +30,7 @@ X_AXIS, Y_AXIS = np.eye(3)[:2]
 GAINS = {"indistinguishable": 0.1, "clearly distinguishable": 500.0}
 """What the truth gains on the other surface of its pair in log-likelihood, on the average.
 
-A gain of 0.1 is a difference of 0.45 standard errors: a test at 5 % that knows the noise and both surfaces
+A gain of 0.1 is a difference of 0.45 standard errors: a test at 5% that knows the noise and both surfaces
 finds it in one cloud of fourteen. At 500 it is 32 of them, and what nests the one kind in the other is known
 to a sixteenth of its value.
 """

@@ -147,7 +147,7 @@ def over_least_squares(records: Iterable[Record]) -> tuple[float, int]:
     Returns
     -------
     The ratio, NaN where no reference is known, and the number of clouds that it is made of. A surface error
-    over what theory expects of it is covariance-normalised: see `benchmark.measures.reference_errors`.
+    over what theory expects of it is covariance-normalized: see `benchmark.measures.reference_errors`.
     """
     squares = [
         (record.error("surface") / expected, reference / expected)

@@ -226,7 +226,7 @@ def livez_line(slowest: float) -> str:
 def table(rows: Sequence[Row]) -> str:
     """The rows as a table of Markdown, and whether the bar is met where it was measured."""
     bare, *others = CLIENTS
-    names = ["points", "format", "body", "fit alone", "request", "added", "5 to 95 %", "least added"]
+    names = ["points", "format", "body", "fit alone", "request", "added", "5 to 95%", "least added"]
     names += [f"added, {client}" for client in others] + ["added of the processor"]
     lines = [f"| {' | '.join(names)} |", "|" + "---|" * len(names)]
     for row in rows:

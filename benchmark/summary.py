@@ -41,7 +41,7 @@ def _cells(records: Sequence[Record]) -> list[str]:
         *(str(number or "") for number in (len(wrong) - sum(rejections), *rejections)),
         *(f"{value:.1e}" if np.isfinite(value) else "" for value in medians),
         f"{np.mean([len(record.attempts) for record in told]):.2f}" if told else "",
-        f"{100 * share(ranked, lambda record: record.attempts[0] == record.kind):.0f} %" if ranked else "",
+        f"{100 * share(ranked, lambda record: record.attempts[0] == record.kind):.0f}%" if ranked else "",
         f"{1e3 * spread(seconds(records)).q2:.1f}",
     ]
 

@@ -47,7 +47,7 @@ PARTIAL_SPAN = Range(0.2, 1.0)
 class KeptLaw:
     """Which share of a clean cloud's grid is left: all of it with probability `uncut`, or less.
 
-    `quantiles` are those of the share at 0, 10, .. 100 % of the clouds that are cut.
+    `quantiles` are those of the share at 0, 10, .. 100% of the clouds that are cut.
     """
 
     uncut: float

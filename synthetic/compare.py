@@ -117,7 +117,7 @@ def row(name: str, values: list[float]) -> str:
 
 def tables(entries: dict[str, list[Entry]]) -> Iterator[str]:
     """The report, line by line."""
-    head = " | ".join(f"{100 * level:g} %" for level in LEVELS)
+    head = " | ".join(f"{100 * level:g}%" for level in LEVELS)
     yield f"| points | {head} | full grids |"
     yield "|---" * (len(LEVELS) + 2) + "|"
     for group, types in {"all types": PERTURBATIONS, **GROUPS}.items():
@@ -126,7 +126,7 @@ def tables(entries: dict[str, list[Entry]]) -> Iterator[str]:
                 mine = [e for e in clouds if e.perturbation in types and e.primitive.kind == kind]
                 sizes = [float(e.size) for e in mine]
                 full = np.mean([size == FULL[kind] for size in sizes])
-                yield f"{row(f'{kind}, {group}, {source}', sizes)} {100 * full:.1f} % |"
+                yield f"{row(f'{kind}, {group}, {source}', sizes)} {100 * full:.1f}% |"
     yield ""
     yield f"| parameter | {head} |"
     yield "|---" * (len(LEVELS) + 1) + "|"
@@ -143,7 +143,7 @@ def tables(entries: dict[str, list[Entry]]) -> Iterator[str]:
         for source, clouds in entries.items():
             mine = [e for e in clouds if e.primitive.kind == kind]
             up, still = (np.mean([test(e.primitive) for e in mine]) for test in (upright, at_origin))
-            yield f"| {kind}, {source} | {100 * up:.1f} % | {100 * still:.1f} % |"
+            yield f"| {kind}, {source} | {100 * up:.1f}% | {100 * still:.1f}% |"
 
 
 def main() -> None:

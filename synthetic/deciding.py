@@ -34,7 +34,7 @@ LEAST_GAIN = 20.0
 
 A more general truth starts some 8 behind (Occam's factor of one to three parameters that are known to a few
 per cent), so this is 12 more than needed: two standard deviations of sqrt(2 g) = 6.3. Whoever knows the
-errors is wrong in 3 % of the clouds at this limit, and most are far from it.
+errors is wrong in 3% of the clouds at this limit, and most are far from it.
 """
 MOST_NOISE = 0.03
 """Of all errors together across the surface, root mean square, in extents: segmentation would not have found

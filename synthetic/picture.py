@@ -53,11 +53,11 @@ def title(cloud: SyntheticCloud) -> str:
     """Kind and size, then what was done to the cloud."""
     done = [cloud.perturbation] if cloud.perturbation else []
     if cloud.family == "benchmark" and cloud.exact_share < 1.0:
-        done.append(f"{100 * cloud.exact_share:.0f} % exact")
+        done.append(f"{100 * cloud.exact_share:.0f}% exact")
     if cloud.noise and cloud.extent:
-        done.append(f"noise {100 * cloud.noise / cloud.extent:.2g} %")
+        done.append(f"noise {100 * cloud.noise / cloud.extent:.2g}%")
     if cloud.outlier_share:
-        done.append(f"{100 * cloud.outlier_share:.0f} % out")
+        done.append(f"{100 * cloud.outlier_share:.0f}% out")
     if cloud.arc is not None:
         done.append(f"{cloud.arc:.0f}°")
     seen_by = f" ({cloud.sensor})" if cloud.sensor else ""

@@ -1,4 +1,4 @@
-"""Clouds as other libraries hold them, as arrays: told apart by what they have, so that none is imported."""
+"""Clouds as other libraries hold them: told apart by what they have, so that none is imported."""
 
 from typing import Any
 
@@ -8,18 +8,21 @@ from numpy.typing import NDArray
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 
 from ..readers.cloud import Array, Cloud, unit_normals
-from ..readers.columns import FOUND, Pick, find_columns
+from ..readers.columns import FOUND, XYZ, Pick, find_columns
 from ..readers.errors import UnreadableFileError
 from ..readers.npy import is_transposed, read_table
 
 WANTED = "give an array (N, 3), a table with columns x, y, z, or an object that holds points or vertices"
 
+FORMAT = "array"
+"""Of a cloud that came from no file."""
+
 _NUMBERS = "biufO"
 """Kinds of arrays that may hold real numbers: no complex ones, texts, dates or records."""
 
 
-def as_cloud(given: Any, pick: Pick = FOUND) -> tuple[Array, Array | None]:
-    """The points (N, 3) of an object, and the unit normals (N, 3) that it holds, if it does.
+def as_cloud(given: Any, pick: Pick = FOUND) -> Cloud:
+    """The points (N, 3) of an object, the unit normals (N, 3) that it holds, if it does, and any warnings.
 
     Parameters
     ----------
@@ -39,22 +42,25 @@ def as_cloud(given: Any, pick: Pick = FOUND) -> tuple[Array, Array | None]:
         return _columns(given, names, pick)
     points, normals = _held(given)
     if normals is not None:
-        return as_floats(points, "points"), unit_normals(as_floats(normals, "normals"))
+        return _cloud(as_floats(points, "points"), unit_normals(as_floats(normals, "normals")))
     return _unnamed(as_floats(points, "points"), pick)
 
 
-def _unnamed(values: Array, pick: Pick) -> tuple[Array, Array | None]:
+def _cloud(points: Array, normals: Array | None = None) -> Cloud:
+    return Cloud(points, XYZ.names, normals, FORMAT)
+
+
+def _unnamed(values: Array, pick: Pick) -> Cloud:
     """Points, and normals where they are asked for, of an array (N, C) or (H, W, C), by the rules of files.
 
     What is no such array, or looks transposed, is left for the check of the points to refuse.
     """
     if values.ndim not in (2, 3) or values.shape[-1] < 3 or is_transposed(values.shape):
-        return values, None
+        return _cloud(values)
     try:
-        cloud: Cloud = read_table(values, "array", pick)
+        return read_table(values, FORMAT, pick)
     except UnreadableFileError as error:
         raise _refused(error) from error
-    return cloud.points, cloud.normals
 
 
 def _held(given: Any) -> tuple[Any, Any]:
@@ -84,14 +90,14 @@ def _column_names(given: Any) -> list[str]:
     return [] if any(not isinstance(name, str) for name in names) else list(names)
 
 
-def _columns(given: Any, names: list[str], pick: Pick) -> tuple[Array, Array | None]:
+def _columns(given: Any, names: list[str], pick: Pick) -> Cloud:
     try:
         columns = find_columns(names, pick)
     except UnreadableFileError as error:
         raise _refused(error) from error
     rows = given.reshape(-1) if isinstance(given, np.ndarray) else given  # organized records (H, W)
     values = np.column_stack([_one_a_point(rows[names[i]], f"points[{names[i]!r}]") for i in columns.used])
-    return values[:, :3], unit_normals(values[:, 3:], values[:, :3]) if columns.normals else None
+    return _cloud(values[:, :3], unit_normals(values[:, 3:], values[:, :3]) if columns.normals else None)
 
 
 def _one_a_point(values: Any, field: str) -> Array:

@@ -209,8 +209,7 @@ def cloud_of(points: Any, columns: str | Sequence[str | int] | None = None) -> C
         return points
     if isinstance(points, str | PathLike):
         return read(points, columns=columns)
-    coordinates, normals = as_cloud(points, Pick(columns=as_columns(columns)))
-    return Cloud(coordinates, ("x", "y", "z"), normals, "array")
+    return as_cloud(points, Pick(columns=as_columns(columns)))
 
 
 def _with_options_of(cloud: Cloud, given: Mapping[str, Any]) -> dict[str, Any]:

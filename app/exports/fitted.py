@@ -96,7 +96,11 @@ class Fitted:
     def given(self) -> Cloud:
         """The cloud; raises `InvalidOptionError` where there is none."""
         if self.cloud is None:
-            raise InvalidOptionError("points are missing: this artifact is about them", "points")
+            raise InvalidOptionError(
+                "points are missing: this artifact is about them. An answer leaves its points behind when it "
+                "is pickled; with_points gives them again",
+                "points",
+            )
         return self.cloud
 
     @property
@@ -181,7 +185,7 @@ def fitted_points(
 
     Raises `InvalidPointCloudError` and `InvalidOptionError` for what `fit` would not have taken.
     """
-    coordinates = recognition.points if points is None else as_cloud(points)[0]
+    coordinates = recognition.points if points is None else as_cloud(points).points
     if coordinates is None:
         return Fitted(recognition)
     source = (recognition.source if points is None else None) or _ARRAY
@@ -240,7 +244,7 @@ def residuals(recognition: Recognition, points: Any = None) -> Residuals:
     >>> primfit.residuals(recognition, [[2.25, 0, 0], [0, 1.5, 0]]).distance.round(9)
     array([ 0.25, -0.5 ])
     """
-    given = recognition.kept_points() if points is None else check_coordinates(as_cloud(points)[0])
+    given = recognition.kept_points() if points is None else check_coordinates(as_cloud(points).points)
     return Fitted(recognition, _cloud_of(given)).residuals
 
 

@@ -1,6 +1,6 @@
 """What the estimator is held to beyond single answers, shown on cases that are drawn from a seed.
 
-`least_squares`, `zones` and `constraints` hold answers against optimisers that share nothing with `fitting`
+`least_squares`, `zones` and `constraints` hold answers against optimizers that share nothing with `fitting`
 (`oracles`, `zone_oracles`, `constraint_oracle`); `equivariance` and `determinism` hold answers against each
 other.
 """

@@ -14,7 +14,7 @@ from .parts import Part, part
 from .trial import Figures, Trial
 
 ANGLE, LENGTH = 1e-7, 1e-4
-"""What a reference value may be missed by, in radians and millimetres ..."""
+"""What a reference value may be missed by, in radians and millimeters ..."""
 
 RELATIVE = 1e-8
 """... and cost, angles, and lengths over the size of the cloud, where both are fitted to the same points."""
@@ -23,7 +23,7 @@ ULP = 4.0
 """Units in the last place of the largest coordinate by which rounding moves a point."""
 
 STARTS, FARTHEST = 4, 0.3
-"""Of the other optimiser, and how far from the nominal surface the last is, in root mean square radii."""
+"""Of the other optimizer, and how far from the nominal surface the last is, in root mean square radii."""
 
 
 def draw(seed: int, index: int) -> Trial:

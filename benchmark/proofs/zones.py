@@ -1,4 +1,4 @@
-"""Minimum zone, minimum circumscribed and maximum inscribed surfaces beside other optimisers."""
+"""Minimum zone, minimum circumscribed and maximum inscribed surfaces beside other optimizers."""
 
 from functools import partial
 
@@ -25,12 +25,12 @@ PAIRS = (
 )
 MORE = (1, 3, 6, 12, 25, 60)
 NOISE = (-4.0, -2.0)
-"""Powers of ten: under less, the zone is too close to the rounding of coordinates of a metre."""
+"""Powers of ten: under less, the zone is too close to the rounding of coordinates of a meter."""
 ARCS = (90.0, 180.0, 360.0)
 FEW = 16
 """Of so many points all sets that could determine the optimum are tried, where a kind has few enough."""
 STARTS, FARTHEST = 3, 0.05
-"""Of the other optimiser about the nominal surface, beside the answer itself."""
+"""Of the other optimizer about the nominal surface, beside the answer itself."""
 
 
 def draw(seed: int, index: int) -> Trial:
@@ -43,7 +43,7 @@ def draw(seed: int, index: int) -> Trial:
     )
     made = _all_around(kind, rng) if around else part(kind, rng, more=MORE, arcs=ARCS, noise=NOISE)
     groups = {"kind": kind, "criterion": criterion}
-    return Trial(groups, made.about, partial(beside_optimiser, kind, criterion, made, rng))
+    return Trial(groups, made.about, partial(beside_optimizer, kind, criterion, made, rng))
 
 
 def all_around(kind: str, n: int, sigma: float, rng: Generator) -> oracles.Array:
@@ -67,7 +67,7 @@ def _all_around(kind: str, rng: Generator) -> Part:
     return Part(nominal, points, 2.0 * radius, sigma * radius, 360.0, about)
 
 
-def beside_optimiser(kind: str, criterion: str, made: Part, rng: Generator) -> Figures:
+def beside_optimizer(kind: str, criterion: str, made: Part, rng: Generator) -> Figures:
     """`excess`: how much worse than the best of the others primfit's optimum is, relatively.
 
     `beyond`: how far the farthest point is on the wrong side of a circumscribed or inscribed surface, over

@@ -112,52 +112,52 @@ BARS: tuple[Bar, ...] = (
         (TRACK,),
         quartile_and_mean("position", 1e-10, 1e-9),
     ),
-    Bar("real clouds", "MFE within 1 % of the truth's own", (TRACK,), mean_fitting_error),
-    Bar("benchmark clouds", "at least 99.5 % right", ("shrec",), at_least(0.995, is_right)),
+    Bar("real clouds", "MFE within 1% of the truth's own", (TRACK,), mean_fitting_error),
+    Bar("benchmark clouds", "at least 99.5% right", ("shrec",), at_least(0.995, is_right)),
     Bar(
         "benchmark clouds but A9",
-        "L2 below 1e-6 on at least 99 %",
+        "L2 below 1e-6 on at least 99%",
         ("shrec",),
         at_least(0.99, below("l2", 1e-6)),
         ((*A9, False),),
     ),
     Bar(
         "benchmark clouds, A9 (bumps)",
-        "L2 below 1e-4 on at least 99 %",
+        "L2 below 1e-4 on at least 99%",
         ("shrec",),
         at_least(0.99, below("l2", 1e-4)),
         ((*A9, True),),
     ),
     Bar(
-        "10 % of the points exact",
-        "exact on at least 85 %",
+        "10% of the points exact",
+        "exact on at least 85%",
         ("exact-share",),
         at_least(0.85, is_exact),
         (("exact [%]", 10, True),),
     ),
-    Bar("scans, noise 0.3 %", "at least 98 % right", ("scans-0.3",), at_least(0.98, is_right)),
+    Bar("scans, noise 0.3%", "at least 98% right", ("scans-0.3",), at_least(0.98, is_right)),
     Bar(
-        "scans, noise 0.3 %",
+        "scans, noise 0.3%",
         "at most 1.1 times the error of least squares",
         ("scans-0.3",),
         times_least_squares(1.1),
     ),
-    Bar("scans, noise 2 %", "at least 95 % right", ("scans-2",), at_least(0.95, is_right)),
+    Bar("scans, noise 2%", "at least 95% right", ("scans-2",), at_least(0.95, is_right)),
     Bar(
-        "scans, noise 2 %",
+        "scans, noise 2%",
         "at most 1.1 times the error of least squares",
         ("scans-2",),
         times_least_squares(1.1),
     ),
     Bar(
-        "40 % gross outliers",
-        "at least 95 % right",
+        "40% gross outliers",
+        "at least 95% right",
         ("outliers",),
         at_least(0.95, is_right),
         (("outliers [%]", 40, True),),
     ),
     Bar(
-        "40 % gross outliers",
+        "40% gross outliers",
         "at most 1.3 times the error of least squares",
         ("outliers",),
         times_least_squares(1.3),
@@ -165,35 +165,35 @@ BARS: tuple[Bar, ...] = (
     ),
     Bar(
         "indistinguishable pairs",
-        "the simpler kind, alone or first of several, on at least 90 %",
+        "the simpler kind, alone or first of several, on at least 90%",
         ("ambiguity",),
         at_least(0.9, is_first),
         (("the pair is", INDISTINGUISHABLE, True),),
     ),
     Bar(
         "indistinguishable pairs",
-        "the other kind alone on at most 5 %",
+        "the other kind alone on at most 5%",
         ("ambiguity",),
         at_most(0.05, is_other_alone),
         (("the pair is", INDISTINGUISHABLE, True),),
     ),
     Bar(
         "clearly distinguishable pairs",
-        "at least 98 % right",
+        "at least 98% right",
         ("ambiguity",),
         at_least(0.98, is_right),
         (("the pair is", CLEAR, True),),
     ),
     Bar(
         "clearly distinguishable pairs",
-        "`ambiguous` on at most 2 %",
+        "`ambiguous` on at most 2%",
         ("ambiguity",),
         at_most(0.02, has_status("ambiguous")),
         (("the pair is", CLEAR, True),),
     ),
     Bar(
         "benchmark clouds and scans",
-        "`no_fit` on at most 1 %",
+        "`no_fit` on at most 1%",
         ("shrec", "scanner"),
         at_most(0.01, has_status("no_fit")),
     ),
@@ -235,7 +235,7 @@ def held_to(data: Data) -> Iterator[str]:
     yield ""
     yield (
         f"*exact*: a surface error of at most {EXACT:g} of the extent. *error of least squares*: "
-        "covariance-normalised, root mean square over the clouds answered right (those counted), against "
+        "covariance-normalized, root mean square over the clouds answered right (those counted), against "
         "least squares on the points of the surface alone, started at the truth. *rms error of the radius*: "
         "over that of the same least squares."
     )

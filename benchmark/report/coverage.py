@@ -57,7 +57,7 @@ def _lines(found: Sequence[Outcome], command: str) -> list[str]:
         "",
         f"Written by `{command}`. [uncertainty.md](uncertainty.md) says what is drawn and what is counted.",
         "",
-        "## How many of the 95 % intervals hold the truth",
+        "## How many of the 95% intervals hold the truth",
         "",
         *table(("noise", "kind", "clouds", "no_fit", *NUMBERS), _coverage_rows(found), 2),
         "",
@@ -137,5 +137,5 @@ def _draw(found: Sequence[Outcome], path: Path) -> None:
         panel.set_title(law, fontsize=9)
         panel.set_xticks(range(len(KINDS)), KINDS, rotation=90, fontsize=8)
         panel.set_ylim(LOWEST - 0.5, 100.5)
-    figure.supylabel("95 % intervals that hold the truth [%]", fontsize=8)
+    figure.supylabel("95% intervals that hold the truth [%]", fontsize=8)
     figure.savefig(path, metadata={"Software": None})

@@ -90,7 +90,7 @@ def by_group(data: Data, set_: str, group: str) -> Iterator[str]:
     names = [[level_name(level), name_of(method)] for level, method, _ in rows]
     yield f"Outcomes by {group}:"
     yield ""
-    header = [group, "method", "clouds", "kind right", "another kind", *REJECTIONS, "within 1 %"]
+    header = [group, "method", "clouds", "kind right", "another kind", *REJECTIONS, "within 1%"]
     header += [f"macro {rate}" for rate in paper.CLASSIFICATION] + [f"ms {name}" for name in FIVE]
     cells = [_outcomes(records, data.decides(method)) for _, method, records in rows]
     yield from table(header, [name + cell for name, cell in zip(names, cells, strict=True)], left=2)

@@ -18,11 +18,9 @@ def percent(share: float, digits: int = 1) -> str:
     if np.isnan(share):
         return NOTHING
     if share in (0.0, 1.0):
-        return f"{100 * share:.0f} %"
+        return f"{100 * share:.0f}%"
     text = f"{100 * share:.{digits}f}"
-    return (
-        f"{100 * share:.2g} %" if float(text) == 0.0 else f"{text} %" if float(text) < 100.0 else "over 99 %"
-    )
+    return f"{100 * share:.2g}%" if float(text) == 0.0 else f"{text}%" if float(text) < 100.0 else "over 99%"
 
 
 def scientific(value: float) -> str:

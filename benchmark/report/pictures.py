@@ -34,7 +34,7 @@ SMALLEST_ERROR, LARGEST_ERROR = 1e-17, 1e1
 LEVELS = {"outliers": "outliers [%]", "arcs": "arc [deg]", "exact-share": "exact [%]", "sizes": "points"}
 LOGARITHMIC = ("arcs", "exact-share", "sizes")
 EXACTLY = "exact-share"
-"""The set of which the share is shown that is found exactly: within 1 % would be easy."""
+"""The set of which the share is shown that is found exactly: within 1% would be easy."""
 
 
 class MissingMatplotlibError(ImportError):
@@ -83,7 +83,7 @@ def overview(data: Data) -> Any:
         axes.margins(x=0.18)
         clean(axes)
         if place == 0:
-            axes.set_ylabel("kind right and surface within 1 % [% of the clouds]")
+            axes.set_ylabel("kind right and surface within 1% [% of the clouds]")
     if not all(map(data.decides, data.methods)):
         figure.supxlabel(MARKS, fontsize=8.5, color=INK)
     figure.draw_without_rendering()
@@ -230,7 +230,7 @@ def _share_text(value: float) -> str:
 
 
 def perturbations(data: Data) -> Any:
-    """Share right and within 1 % by method and perturbation."""
+    """Share right and within 1% by method and perturbation."""
     sets = [name for name in (TRACK, "shrec") if name in data.sets]
     if not sets:
         return None
@@ -246,7 +246,7 @@ def perturbations(data: Data) -> Any:
         texts = [["" if np.isnan(value) else f"{value:.0f}" for value in row] for row in cells]
         names = [m if data.decides(m) else f"{m} (kind given)" for m in methods]
         _heatmap(axes, np.array(cells), texts, names, [str(level) for level in levels])
-        axes.set_title(f"{described(set_).title}: right and within 1 % [%]", fontsize=10.5, loc="left")
+        axes.set_title(f"{described(set_).title}: right and within 1% [%]", fontsize=10.5, loc="left")
     return figure
 
 
@@ -281,13 +281,13 @@ def _heatmap(
 
 
 def levels(data: Data) -> Any:
-    """Share right and within 1 % against outliers, arc, exact share and number of points."""
+    """Share right and within 1% against outliers, arc, exact share and number of points."""
     sets = [name for name in LEVELS if name in data.sets]
     if not sets:
         return None
     figure = _lines(data, sets, _share_of)
     for axes, set_ in zip(figure.axes, sets, strict=True):
-        axes.set_ylabel("right and exact [%]" if set_ == EXACTLY else "right and within 1 % [%]", fontsize=9)
+        axes.set_ylabel("right and exact [%]" if set_ == EXACTLY else "right and within 1% [%]", fontsize=9)
         axes.set_ylim(-4, 104)
     return figure
 

@@ -53,7 +53,7 @@ def _is(*levels: Level) -> Callable[[Level], bool]:
 
 def _zone_bar(kinds: Sequence[str], criterion: str) -> ProofBar:
     limits = {"excess": ZONE} | ({} if criterion == "minimum_zone" else {"beyond": HONOURED})
-    bar = "equal to another optimiser to 1e-6"
+    bar = "equal to another optimizer to 1e-6"
     bar += "" if criterion == "minimum_zone" else ", no point beyond by 1e-12 of the coordinates"
     groups: Groups = {"kind": _is(*kinds), "criterion": _is(criterion)}
     return ProofBar("zones", f"`{criterion}`, {', '.join(kinds)}", bar, limits, groups)

@@ -12,14 +12,14 @@ from .proof_bars import PROOF_BARS, ProofBar
 
 def proven(records: Sequence[ProofRecord]) -> Iterator[str]:
     """The table of all bars; those whose set was not run say so."""
-    yield "### From fresh seeds, beside independent optimisers"
+    yield "### From fresh seeds, beside independent optimizers"
     yield ""
     rows = [[bar.case, bar.bar, *_cells(bar, records)] for bar in PROOF_BARS]
-    yield from table(["case", "bar", "measured: largest (99 %)", "cases", "met?", "command"], rows, left=3)
+    yield from table(["case", "bar", "measured: largest (99%)", "cases", "met?", "command"], rows, left=3)
     yield ""
     yield from _beyond(records)
     yield (
-        "*99 %*: so many cases are below. *beyond*: cases that miss; *without an answer* are those of them "
+        "*99%*: so many cases are below. *beyond*: cases that miss; *without an answer* are those of them "
         "that have no figure: no fit where there is one, or another kind or status after a transformation. "
         "[benchmarking.md](benchmarking.md#proofs) says what the figures are."
     )

@@ -49,14 +49,14 @@ def at_a_glance(data: Data, drawn: Collection[str]) -> Iterator[str]:
         return
     header = ["method", "kind"]
     for name in shown.values():
-        header += [f"{name}: kind right", "within 1 %", "error", "ms"]
+        header += [f"{name}: kind right", "within 1%", "error", "ms"]
     yield "## At a glance"
     yield ""
     seen = [method for method in data.methods if any(data.of_set(set_, method) for set_ in shown)]
     yield from table(header, [_glance(data, method, list(shown)) for method in seen], left=2)
     yield ""
     yield (
-        "*within 1 %*: the kind is right, and the found surface within 1 % of the cloud's extent of the true "
+        "*within 1%*: the kind is right, and the found surface within 1% of the cloud's extent of the true "
         "one (root mean square, where the cloud is). *error*: that distance, as a share of the extent, "
         "median. *ms*: a cloud, median. A wrong kind, `ambiguous` and `no_fit` count as wrong and as "
         "infinitely far. Methods that do not find the kind are *given* the true one and asked only for kinds "
@@ -94,7 +94,7 @@ def behind(data: Data) -> Iterator[str]:
     if others:
         yield (
             "Against each other method, on the clouds that both were asked about (theirs against ours): the "
-            "share right and within 1 %, the median surface error, the median time in ms."
+            "share right and within 1%, the median surface error, the median time in ms."
         )
         yield ""
         given = {method: "" if data.decides(method) else " (kind given)" for method in others}
@@ -192,7 +192,7 @@ def _picture(name: str, shows: str) -> Iterator[str]:
 
 def outcomes(data: Data, set_: str) -> Iterator[str]:
     """A row for each method: how often right and wrong in which way, how far, how long."""
-    header = ["method", "clouds", "kind right", "another kind", *REJECTIONS, "within 1 %"]
+    header = ["method", "clouds", "kind right", "another kind", *REJECTIONS, "within 1%"]
     header += ["surface error", "parameter error", "position error", "ms"]
     rows = []
     for method, records in data.by_method(data.of_set(set_)).items():
@@ -216,7 +216,7 @@ def outcomes(data: Data, set_: str) -> Iterator[str]:
 
 def by_level(data: Data, set_: str, group: str) -> Iterator[str]:
     """A row for each method, a column for each level: the share right and within 1 %."""
-    yield f"Right and within 1 %, by {group}:"
+    yield f"Right and within 1%, by {group}:"
     yield ""
     yield from _levels(data, set_, group, lambda records: percent(share(records, is_close), 0))
 
@@ -292,10 +292,10 @@ MEASURES = f"""## The measures
 - **surface error**: the points are carried to the true surface along its normals; the root mean square of
   their distances to the found surface, over the extent. Points that are known to be outliers are left out. It
   compares any two kinds, counts positions, and forgives parameters that the cloud says nothing about.
-- **within 1 %**: the kind is right and the surface error at most {CLOSE:g}. **exact**: at most {EXACT:g};
+- **within 1%**: the kind is right and the surface error at most {CLOSE:g}. **exact**: at most {EXACT:g};
   below that nobody is called more exact than another.
 - **extent**: the diagonal of the bounding box of the points that belong to the surface.
-- **L2**: the track's distance between the parameter vectors, in the unit of the clouds, minimised over the
+- **L2**: the track's distance between the parameter vectors, in the unit of the clouds, minimized over the
   sign of the axis, a torus's radii sorted. It leaves out where planes and cylinders are.
 - **parameter error**: L2 with lengths over the extent, so that clouds in different units compare.
 - **position error**: what L2 leaves out, over the extent: difference of a plane's offsets at the cloud's

@@ -154,7 +154,7 @@ def _pairs(race: Race, method: str, with_normals: bool) -> np.ndarray:
 
 
 def _methods(race: Race) -> str:
-    names = ("method", "clouds", "median", "95 % below", "ratio of medians", "median of ratios")
+    names = ("method", "clouds", "median", "95% below", "ratio of medians", "median of ratios")
     lines = [f"| {' | '.join(names)} | without normals | gave up |", "|" + "---|" * 8]
     for name in race.versions:
         times, bare = _pairs(race, name, True), _pairs(race, name, False)
@@ -186,7 +186,7 @@ def _grouped(race: Race, title: str, groups: Mapping[str, Callable[[Lap], bool]]
     """A table with a row for each group that has clouds."""
     names = list(race.versions)
     head = (
-        f"| {title} | clouds | points | {' | '.join(CALLED[name] for name in names)} | primfit, 95 % below |"
+        f"| {title} | clouds | points | {' | '.join(CALLED[name] for name in names)} | primfit, 95% below |"
     )
     lines = [head, "|" + "---|" * (4 + len(names))]
     for group, belongs in groups.items():

@@ -182,15 +182,17 @@ class Constraints:
         }
 
     def holding(self, primitive: Primitive, unit: str | None) -> dict[str, str]:
-        """Those that hold a primitive where it is, in words: `the radius fixed at 5 mm`, by name."""
+        """Those that hold a primitive where it is, in words, by name: `the radius fixed at 5 mm`."""
         found = {}
         for name, value in self.on(primitive.kind).items():
             if (held := _held(value, getattr(primitive, name))) is not None:
                 how, limit = held
                 towards = isinstance(value, Direction)
-                what = f"the direction of the {name}" if towards else f"the {worded(name)}"
-                told = "" if limit is None else " " + _told(limit, towards or is_angle(name), unit)
-                found[name] = f"{what} {how}{told}"
+                what = f"direction of the {name}" if towards else worded(name)
+                if limit is None:
+                    found[name] = f"the {how} {what}"
+                else:
+                    found[name] = f"the {what} {how} {_told(limit, towards or is_angle(name), unit)}"
         return found
 
 
@@ -299,10 +301,10 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Range):
         if value.fixed:
             return {"value": value.low}
-        bounds = {"min": value.low, "max": value.high}
-        return {name: bound for name, bound in bounds.items() if 0.0 < bound < math.inf}
+        bounds = {"min": (value.low, 0.0), "max": (value.high, math.inf)}
+        return {name: bound for name, (bound, open_end) in bounds.items() if bound != open_end}
     if isinstance(value, Direction):
-        return {"direction": list(value.direction), "max_angle": value.max_angle}
+        return {"direction": _plain(value.direction), "max_angle": value.max_angle}
     return list(value) if isinstance(value, tuple) else value
 
 

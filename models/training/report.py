@@ -26,7 +26,7 @@ Measured on held-back seeds; those of network and k-NN stand in the cards beside
 
 
 def percent(share: float | None) -> str:
-    return "" if share is None else f"{100 * share:.1f} %"
+    return "" if share is None else f"{100 * share:.1f}%"
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

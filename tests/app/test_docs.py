@@ -2,28 +2,40 @@
 
 A page is one session of a shell in a copy of the checkout: what a block makes is there for the next ones, and
 a service that a line starts runs until the page ends. A block that cannot run here says why in a comment
-above it, `<!-- not run: why -->`, and is listed as skipped.
+above it, `<!-- not run: why -->`, and is listed as skipped. A command within a sentence is one that there is,
+with options that it has; it runs, too, if it is whole and quick.
 """
 
 import doctest
 import os
 import re
+import shlex
 import shutil
 import signal
 import socket
 import subprocess
 import sys
+import tomllib
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import pytest
+from typer.core import TyperGroup
+from typer.main import get_command
 
+from primfit.app.cli.commands import app
+from primfit.benchmark.options import make_parser
 from tests.paths import DOCS, ROOT
 
 FENCE = re.compile(r"(?:^<!-- not run: ([^\n]*) -->\n)?^( *)```(\w*)\n(.*?)^\2```$", re.DOTALL | re.MULTILINE)
 COMMAND = re.compile(r"^    (?:curl|primfit|make|pip|docker|python) ", re.MULTILINE)
 """A command outside of a block."""
+IN_A_SENTENCE = re.compile(r"`(?:\.venv/bin/)?((?:primfit|make|python -m|pip install) [^`]+)`")
+TO_TRY = re.compile(r"primfit (?:--show-completion|(?:fit|synth|openapi|settings) )[^A-Z*|.]*(?:\.\w+)?")
+"""Those of them that are whole, and quick."""
 STARTS = re.compile(r"^(?:make run|(?:\.venv/bin/)?primfit serve)\b")
 """A line that starts a service."""
 ENDS_WITH = re.compile(r"^([^#]*?)\s*# exit status (\d+)$")
@@ -129,6 +141,64 @@ def test_an_example_prints_what_stands_there(block: Block) -> None:
     doctest.DebugRunner().run(example)
 
 
+BRITISH = re.compile(
+    r"\b(?:optimis|minimis|normalis|recognis|colour|centre|metre|millimetre|artefact|behaviour)\w*",
+    re.IGNORECASE,
+)
+
+
+@pytest.mark.parametrize("path", [ROOT / "README.md", ROOT / "CHANGELOG.md", *DOCS.glob("*.md")], ids=str)
+def test_prose_is_american_and_percent_signs_follow_their_numbers(path: Path) -> None:
+    prose = re.sub(r"`[^`]*`", "", FENCE.sub("", path.read_text()))
+    assert not re.findall(r"[0-9] %.{0,20}", prose)
+    assert not BRITISH.findall(prose)
+
+
+SENTENCES = {
+    " ".join(command.split())
+    for path in PAGES
+    for command in IN_A_SENTENCE.findall(FENCE.sub("", path.read_text()))
+}
+
+
+def _is_known(command: Any, words: list[str]) -> bool:
+    """Whether a command of typer, or the one below it that is named, has all options that are given."""
+    while words and (below := getattr(command, "commands", {}).get(words[0])):
+        command, words = below, words[1:]
+    options = {name for each in command.params for name in each.opts} | {"-h", "--help", "--version"}
+    if not isinstance(command, TyperGroup):
+        return {word for word in words if word.startswith("-")} <= options
+    return all(word.startswith("--") and word.endswith("-completion") for word in words[:1])
+
+
+def _parses(words: list[str]) -> bool:
+    """Whether `primfit bench` takes these words."""
+    nothing = [lambda _options: 0] * 9
+    with pytest.raises(SystemExit) as ended:
+        make_parser("primfit bench", *nothing).parse_args(words)
+        raise SystemExit(0)
+    return ended.value.code == 0
+
+
+@pytest.mark.parametrize("sentence", sorted(SENTENCES))
+def test_a_command_in_a_sentence_is_one_that_there_is(sentence: str) -> None:
+    named = sentence.replace("COMMAND", "fit").partition(" > ")[0].partition(" | ")[0]
+    program, *words = shlex.split(named)
+    if program == "make":
+        targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+        assert {word for word in words if "=" not in word} <= targets
+    elif program == "python":
+        assert find_spec(words[1])
+    elif program == "pip":
+        project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+        extras = {extra for word in words for extra in re.findall(r"(?:primfit|\.)\[(.*)\]", word)}
+        assert extras <= project["optional-dependencies"].keys()
+    elif words[0] == "bench":
+        assert _parses(words[1:])
+    else:
+        assert _is_known(get_command(app), words)
+
+
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
     """A folder where commands find what they name, with the running environment as `.venv`, and may write."""
@@ -164,6 +234,13 @@ def _run(script: str, folder: Path, port: int) -> tuple[int, str]:
             with suppress(ProcessLookupError):
                 os.killpg(shell.pid, signal.SIGKILL)
         return status, (folder / "output.log").read_text()
+
+
+@pytest.mark.skipif(not shutil.which("bash"), reason="needs bash")
+@pytest.mark.parametrize("command", sorted(filter(TO_TRY.fullmatch, SENTENCES)))
+def test_a_whole_command_in_a_sentence_runs(command: str, checkout: Path) -> None:
+    status, output = _run(PRELUDE + command, checkout, _free_port())
+    assert status == 0, output[-4000:]
 
 
 @pytest.mark.skipif(not shutil.which("bash") or not shutil.which("curl"), reason="needs bash and curl")

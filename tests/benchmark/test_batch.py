@@ -36,4 +36,4 @@ def test_the_start_is_no_part_of_a_cloud():
     text = table(found, 108, 2)
     assert "| a cloud, by the clock | 100.00 ms | 50.00 ms |" in text
     assert "| a cloud, CPU of the first process | 91.00 ms | 0.100 ms |" in text
-    assert "do 2.00 times as much" in text and "spends 2.0 % of a fit of 5 ms" in text
+    assert "do 2.00 times as much" in text and "spends 2.0% of a fit of 5 ms" in text

@@ -63,7 +63,7 @@ def test_an_exponential_range_is_one_to_five_spacings() -> None:
     reach = np.linspace(1.0, 5.0, 401)
     for steps in (1, 5):
         found = np.mean(fields[:, :, steps:] * fields[:, :, :-steps])
-        # the spacing of a grid is within 15 % of the side of its cells
+        # the spacing of a grid is within 15% of the side of its cells
         assert found == pytest.approx(np.mean(np.exp(-steps / reach)), abs=0.08)
 
 
@@ -104,7 +104,7 @@ def test_the_command_writes_a_table_and_a_picture(tmp_path: Path) -> None:
     for law in LAWS:
         if law != "minimal":
             assert f"| {law} | torus |" in text
-    assert "| minimal_sample | 5 | 100 % |" in text
+    assert "| minimal_sample | 5 | 100% |" in text
     assert (tmp_path / "images" / "uncertainty-coverage.png").stat().st_size > 1000
 
 
@@ -120,4 +120,4 @@ def test_one_law_may_be_asked_for(tmp_path: Path) -> None:
 
 def test_the_noise_that_has_no_intervals_may_be_asked_for_alone(tmp_path: Path) -> None:
     assert bench(["coverage", "--n", "1", "--seed", "5", "--out", str(tmp_path), "--law", "minimal"]) == 0
-    assert "| minimal_sample | 5 | 100 % |" in (tmp_path / "uncertainty-coverage.md").read_text()
+    assert "| minimal_sample | 5 | 100% |" in (tmp_path / "uncertainty-coverage.md").read_text()

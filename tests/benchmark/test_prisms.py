@@ -27,7 +27,7 @@ def test_every_fourth_cloud_is_a_pipe_and_sorts_take_turns():
 
 
 def test_the_deviation_is_in_noise_scales():
-    """That of a square is 4.5 % of its diagonal; without noise it is beyond all bounds."""
+    """That of a square is 4.5% of its diagonal; without noise it is beyond all bounds."""
     for seed in range(40):
         rng = np.random.default_rng(seed)
         drawn, found = section_cloud(rng, "4 faces")

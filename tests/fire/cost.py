@@ -78,7 +78,7 @@ def compared(before: socket.socket, after: socket.socket) -> tuple[np.ndarray, n
 
 
 def interval(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
-    """95 % interval of the difference of the medians: blocks are drawn anew, both of a turn together."""
+    """95% interval of the difference of the medians: blocks are drawn anew, both of a turn together."""
     rng = np.random.default_rng(0)
     drawn = rng.integers(0, len(before), (2000, len(before)))
     differences = [np.median(after[rows]) - np.median(before[rows]) for rows in drawn]
@@ -97,7 +97,7 @@ def compare(figures: Report, checkouts: list[Path]) -> None:
         medians = [float(np.median(times[..., i])) for times in (before, after)]
         low, high = interval(before[..., i], after[..., i])
         figures.note(f"{what}, before and after", [round(median, 3) for median in medians], "ms")
-        figures.note(f"{what}, 95 % interval of the difference", [round(low, 3), round(high, 3)], "ms")
+        figures.note(f"{what}, 95% interval of the difference", [round(low, 3), round(high, 3)], "ms")
         figures.at_most(f"{what}, difference", medians[1] - medians[0], MORE, "ms", clock=True)
     figures.at_most("beside reading and fitting", medians[1], ADDED, "ms", clock=True)
 

@@ -120,7 +120,7 @@ def main() -> None:
             reported(f"mixed-{given.minutes:g}-minutes-{run + 1}") as figures,
         ):
             held.append(mixed_load(figures, Path(folder), given.minutes))
-    print(f"it stayed within {100 * (GROWTH - 1):.0f} % in {sum(held)} of {len(held)} runs")
+    print(f"it stayed within {100 * (GROWTH - 1):.0f}% in {sum(held)} of {len(held)} runs")
     sys.exit(0 if sum(held) >= 2 / 3 * len(held) else 1)
 
 

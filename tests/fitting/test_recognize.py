@@ -283,7 +283,7 @@ def test_a_surface_of_its_own_among_the_rejected_is_no_primitive(share: float) -
 def test_foreign_shapes_are_nothing_and_scans_are() -> None:
     """Six shapes that are none of the kinds, in turn, and scans of those that are; all kinds are tried.
 
-    Saddles within 0.2 % of the extent of a torus are tori.
+    Saddles within 0.2% of the extent of a torus are tori.
     """
     foreign = [cloud(replace(RECIPES["foreign"], seed=91), i).points for i in range(18)]
     scans = [cloud(replace(RECIPES["scanner"], seed=91), i).points for i in range(10)]
@@ -340,7 +340,7 @@ def test_a_few_points_on_a_bent_tube_are_a_torus() -> None:
 def test_a_ball_on_the_rings_of_a_spinning_laser_is_no_cone_about_the_laser(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Noise along the ray leaves each ring on its cone: 7 % of these points to the last digit.
+    """Noise along the ray leaves each ring on its cone: 7% of these points to the last digit.
 
     Whether the search for a cone comes upon it is a matter of its starts.
     """

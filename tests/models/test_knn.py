@@ -52,7 +52,7 @@ def test_probabilities_are_smooth_and_sum_to_one(knn):
 
 
 def test_right_on_fresh_seeds(knn, fresh):
-    """Held-back clouds reach 98.5 %; the floors leave about three standard deviations to 300 draws."""
+    """Held-back clouds reach 98.5%; the floors leave about three standard deviations to 300 draws."""
     rank = rank_of_truth(knn.probabilities(fresh.rows), fresh.labels)
     assert np.mean(rank == 0) >= 0.96
     assert np.mean(rank <= 1) >= 0.97

@@ -53,7 +53,7 @@ def test_parameters_follow_the_laws_of_the_training_set():
 def test_the_share_kept_follows_the_training_sizes(kind):
     law, rng = KEPT_SHARE[kind], np.random.default_rng(8)
     shares = np.array([law.draw(rng) for _ in range(4000)])
-    # Four standard deviations of a share, and the deciles of those that are cut to 5 % of the grid.
+    # Four standard deviations of a share, and the deciles of those that are cut to 5% of the grid.
     assert abs(np.mean(shares == 1.0) - law.uncut) < 4 * 0.5 / np.sqrt(4000)
     deciles = np.quantile(shares[shares < 1.0], np.linspace(0.0, 1.0, len(law.quantiles)))
     np.testing.assert_allclose(deciles, law.quantiles, atol=0.05)

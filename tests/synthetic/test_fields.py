@@ -25,7 +25,7 @@ def variogram(field, count=DRAWN, dimension=3):
 
 @pytest.mark.parametrize("field", FIELDS, ids=str)
 def test_the_variogram_is_that_of_the_law(field):
-    """Forty fields: the mean square of as many normal numbers is known to sqrt(2 / 40) = 22 %, and each field
+    """Forty fields: the mean square of as many normal numbers is known to sqrt(2 / 40) = 22%, and each field
     holds several, the more the shorter its range."""
     for distance, found in variogram(field):
         expected = np.mean(1.0 - field.correlation(distance))

@@ -1,5 +1,6 @@
 """Views of the points with the trimmed primitive: shaded, with its edges, its axis and what is hidden."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
@@ -33,7 +34,13 @@ OUTSIDE, INSIDE = ((150, 166, 186), (88, 104, 126)), ((168, 150, 132), (104, 90,
 """Colors in the light and in the shade, of either side of the surface."""
 
 ARM, BEYOND_ARM = 130.0, 75.0
-"""Length of the axes of the coordinates, and how far beyond their ends their names are."""
+"""Length of the axes of the coordinates, and how far their names are from the ends and from other axes."""
+
+APART = 110.0
+"""Least distance of two names of axes."""
+
+SHORTEST = 0.35
+"""An axis that looks shorter, over its length, points to the viewer."""
 
 FAR = 1.5
 """An axis farther from the middle than so many times half the picture is not drawn."""
@@ -137,7 +144,7 @@ def _view(
         parts.append(_axis(scene.surface, frame))
     parts += [dots(place[~hidden], level[~hidden], colors, size), beyond(drawn_in(outside), 40)]
     n_beyond = int(is_beyond(frame.places(scene.cloud)[0]).sum())
-    parts += [_scale_bar(frame.radius, unit), _triad(camera), _told(n_beyond)]
+    parts += [_scale_bar(frame.radius, unit), triad(camera), _told(n_beyond)]
     about = f"points and primitive, {title}"
     return picture(SIZE, SIZE + STRIP, *parts, title=about, class_="view", **attributes)
 
@@ -227,20 +234,36 @@ def _scale_bar(radius: float, unit: str | None) -> Markup:
     )
 
 
-def _triad(camera: Camera) -> Markup:
-    """The axes of the coordinates of the input; those across the picture only."""
-    origin = np.array([SIZE - 450.0, SIZE + 230.0])
-    parts: list[Markup] = []
-    names: list[Array] = []
-    for axis, name in zip(camera.seen(np.eye(3)), "xyz", strict=True):
-        along = axis[:2] * [1.0, -1.0]
-        if (seen := float(np.linalg.norm(along))) > 0.15:
-            end = origin + ARM * along
-            place = end + BEYOND_ARM * along / seen
-            # Axes may lie in one line: their names do not.
-            while any(np.linalg.norm(place - other) < 110.0 for other in names):
-                place = place + 20.0 * along / seen
-            names.append(place)
-            parts.append(element("path", d=line_path(np.stack([origin, end])), class_="line"))
-            parts.append(text(place[0], place[1] + 45.0, name, "middle"))
+def triad(camera: Camera) -> Markup:
+    """The axes of the coordinates of the input; one that points to the viewer is left out."""
+    origin = np.array([SIZE - 450.0, SIZE + 150.0])
+    arms = {name: axis[:2] * [ARM, -ARM] for axis, name in zip(camera.seen(np.eye(3)), "xyz", strict=True)}
+    longest_first = sorted(arms, key=lambda name: -np.linalg.norm(arms[name]))
+    shown = {name: arms[name] for name in longest_first if np.linalg.norm(arms[name]) > SHORTEST * ARM}
+    parts = []
+    for name, place in _letters(shown).items():
+        x, y = origin + place
+        parts.append(element("path", d=line_path(np.stack([origin, origin + shown[name]])), class_="line"))
+        parts.append(text(x, y + 45.0, name, "middle"))
     return element("g", *parts)
+
+
+def _letters(arms: Mapping[str, Array]) -> dict[str, Array]:
+    """Where the names of the axes stand: beyond their ends, and neither on each other nor on another axis."""
+    places: dict[str, Array] = {}
+    for name, arm in arms.items():
+        along = arm / np.linalg.norm(arm)
+        place = arm + BEYOND_ARM * along
+        others = [other for each, other in arms.items() if each != name]
+        while any(np.linalg.norm(place - other) < APART for other in places.values()) or any(
+            _distance(place, other) < BEYOND_ARM for other in others
+        ):
+            place = place + 20.0 * along
+        places[name] = place
+    return places
+
+
+def _distance(place: Array, arm: Array) -> float:
+    """From a line that begins at the origin."""
+    along = np.clip(place @ arm / (arm @ arm), 0.0, 1.0)
+    return float(np.linalg.norm(place - along * arm))

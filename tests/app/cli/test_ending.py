@@ -87,3 +87,19 @@ def test_an_interrupted_fit_ends_with_one_line(tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=PATIENCE)
     assert (process.returncode, said) == (130, b"primfit: fit: interrupted\n")
+
+
+@pytest.mark.parametrize("loaded", ["typer", "primfit.app.cli.options"])
+def test_ctrl_c_while_the_program_is_loaded_is_one_line(loaded: str) -> None:
+    program = f"""
+import sys
+class Pressed:
+    def find_spec(self, name, *_):
+        if name == {loaded!r}:
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Pressed())
+from primfit.__main__ import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "primfit: interrupted\n")

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -59,8 +60,22 @@ def test_what_numpy_reads(given: Any, expected: str) -> None:
 )
 def test_wider_and_organized_arrays_by_the_rules_of_files(given: np.ndarray) -> None:
     found = primfit.fit(given)
-    assert found.to_json() == PLAIN
+    assert replace(found, warnings=()).to_json() == PLAIN
     np.testing.assert_array_equal(found.points, POINTS)
+
+
+def test_a_wider_array_is_told_which_columns_were_taken(tmp_path: Path) -> None:
+    for whole, taken in (
+        (np.column_stack([POINTS, np.ones(300)]), "The 4 columns have no names: columns 1, 2, 3"),
+        (np.column_stack([np.arange(300), POINTS]), "The 4 columns have no names: columns 2, 3, 4"),
+    ):
+        np.savetxt(tmp_path / "cloud.txt", whole)
+        assert primfit.fit(whole).warnings == (f"{taken} are taken for x, y and z.",)
+        assert primfit.fit(whole).warnings == primfit.fit(tmp_path / "cloud.txt").warnings
+        (segment,) = primfit.fit_segments(whole, ["a"] * 300)
+        assert segment.recognition is not None
+        assert segment.recognition.warnings == primfit.fit(whole).warnings
+    assert primfit.fit(POINTS).warnings == primfit.fit(whole, columns=[2, 3, 4]).warnings == ()
 
 
 def test_a_first_column_that_may_be_x_or_something_else_is_asked_for() -> None:

@@ -134,7 +134,7 @@ def test_of_many_points_a_sample_is_shown(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_points_may_be_given_again() -> None:
     left = pickle.loads(pickle.dumps(FOUND))
-    with pytest.raises(primfit.InvalidOptionError, match="points are missing"):
+    with pytest.raises(primfit.InvalidOptionError, match=r"points are missing.*with_points gives them again"):
         left.show()
     assert n_shown(drawn(primfit.show(left, POINTS))) == 300
 

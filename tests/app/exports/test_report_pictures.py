@@ -9,10 +9,10 @@ import pytest
 import primfit
 from primfit.app.exports.fitted import Fitted, fitted_points
 from primfit.app.exports.report.histogram import histogram
-from primfit.app.exports.report.scene import Scene
+from primfit.app.exports.report.scene import Camera, Scene
 from primfit.app.exports.report.svg import FONT, Axis
 from primfit.app.exports.report.unrolled import unrolled_map
-from primfit.app.exports.report.views import SIZE, lone_view, views
+from primfit.app.exports.report.views import SIZE, STRIP, VIEWS, lone_view, triad, views
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder
@@ -144,3 +144,32 @@ def test_edges_of_a_deep_surface_are_not_hidden_by_itself() -> None:
     points = _near(funnel, (0.0, 1.0), (3.0, 60.0), 1000, 0.001)
     *_, above = views(Scene.of(_fitted(points, "cone")), 0.01, "mm").split("<figure>")
     assert "from above" in above and 'class="edge"' in above and "edge behind" not in above
+
+
+def _apart(place: Array, line: Array) -> float:
+    """Distance from the middle of a letter to a line of two ends."""
+    start, along = line[0], line[1] - line[0]
+    at = np.clip((place - start) @ along / (along @ along), 0.0, 1.0)
+    return float(np.linalg.norm(place - start - at * along))
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("view", VIEWS, ids=lambda view: str(view[0]))
+def test_names_of_axes_are_free_of_each_other_and_of_all_lines(
+    view: tuple[str, float, float], seed: int
+) -> None:
+    for axes in np.linalg.qr(np.random.default_rng(seed).normal(size=(50, 3, 3)))[0]:
+        drawn = triad(Camera.at(axes[0], axes[1], *view[1:]))
+        letters = np.array(re.findall(r'<text x="(\d+)" y="(\d+)"', drawn), float) - [0.0, 45.0]
+        corners = _places(drawn, "line").reshape(-1, 2, 2)
+        assert len(letters) == len(corners) >= 2
+        for i, letter in enumerate(letters):
+            assert 0.0 < letter[0] - 50.0 and letter[0] + 50.0 < SIZE
+            assert letter[1] + 45.0 <= SIZE + STRIP
+            assert min(_apart(letter, line) for line in corners) > 70.0
+            assert min(np.linalg.norm(letters[:i] - letter, axis=1), default=200.0) > 105.0
+
+
+def test_an_axis_to_the_viewer_has_no_name() -> None:
+    drawn = triad(Camera.at(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), 0.0, 0.0))
+    assert re.findall(r">([xyz])<", drawn) == ["y", "z"]

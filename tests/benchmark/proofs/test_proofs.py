@@ -188,7 +188,7 @@ def records(tmp_path) -> RecordsFile:
 
 def test_the_report_shows_the_table_with_and_without_a_file(folder, records, tmp_path):
     pytest.importorskip("matplotlib")
-    heading = "### From fresh seeds, beside independent optimisers"
+    heading = "### From fresh seeds, beside independent optimizers"
 
     def section() -> str:
         text = write(records, tmp_path / "report").read_text()

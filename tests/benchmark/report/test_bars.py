@@ -35,17 +35,17 @@ def test_what_was_not_run_is_said():
             "plane",
             "sphere",
             1,
-            ("benchmark clouds", "at least 99.5 % right"),
+            ("benchmark clouds", "at least 99.5% right"),
         ),
-        ("scans-0.3", {}, "plane", "no_fit", 4, ("scans, noise 0.3 %", "at least 98 % right")),
-        ("scans-2", {}, "plane", "ambiguous", 10, ("scans, noise 2 %", "at least 95 % right")),
+        ("scans-0.3", {}, "plane", "no_fit", 4, ("scans, noise 0.3%", "at least 98% right")),
+        ("scans-2", {}, "plane", "ambiguous", 10, ("scans, noise 2%", "at least 95% right")),
         (
             "outliers",
             {"outliers [%]": 40},
             "plane",
             "no_fit",
             10,
-            ("40 % gross outliers", "at least 95 % right"),
+            ("40% gross outliers", "at least 95% right"),
         ),
         (
             "foreign",
@@ -53,16 +53,16 @@ def test_what_was_not_run_is_said():
             "no_fit",
             "plane",
             10,
-            ("foreign shapes off every kind by 3 noise scales", "`no_fit` on at least 95 %"),
+            ("foreign shapes off every kind by 3 noise scales", "`no_fit` on at least 95%"),
         ),
-        ("scanner", {}, "plane", "no_fit", 2, ("benchmark clouds and scans", "`no_fit` on at most 1 %")),
+        ("scanner", {}, "plane", "no_fit", 2, ("benchmark clouds and scans", "`no_fit` on at most 1%")),
         (
             "ambiguity",
             {"the pair is": INDISTINGUISHABLE, "pair": "plane or sphere"},
             "plane",
             "no_fit",
             20,
-            ("indistinguishable pairs", "the simpler kind, alone or first of several, on at least 90 %"),
+            ("indistinguishable pairs", "the simpler kind, alone or first of several, on at least 90%"),
         ),
         (
             "ambiguity",
@@ -70,7 +70,7 @@ def test_what_was_not_run_is_said():
             "plane",
             "sphere",
             10,
-            ("indistinguishable pairs", "the other kind alone on at most 5 %"),
+            ("indistinguishable pairs", "the other kind alone on at most 5%"),
         ),
         (
             "ambiguity",
@@ -78,7 +78,7 @@ def test_what_was_not_run_is_said():
             "plane",
             "sphere",
             4,
-            ("clearly distinguishable pairs", "at least 98 % right"),
+            ("clearly distinguishable pairs", "at least 98% right"),
         ),
         (
             "ambiguity",
@@ -86,7 +86,7 @@ def test_what_was_not_run_is_said():
             "plane",
             "ambiguous",
             4,
-            ("clearly distinguishable pairs", "`ambiguous` on at most 2 %"),
+            ("clearly distinguishable pairs", "`ambiguous` on at most 2%"),
         ),
     ],
 )
@@ -103,11 +103,11 @@ def test_a_bar_is_met_up_to_its_share_of_200_clouds(set_, groups, good, bad, mos
 
 def test_other_levels_do_not_count():
     records = [record("plane", "cone", set="outliers", groups={"outliers [%]": level}) for level in (30, 50)]
-    assert rows(records)["40 % gross outliers", "at least 95 % right"][0] == "not run"
+    assert rows(records)["40% gross outliers", "at least 95% right"][0] == "not run"
     bumps = [record("plane", "plane", groups={"perturbation": "A9"}, errors={"l2": 1e-5})]
     table = rows(bumps)
-    assert table["benchmark clouds, A9 (bumps)", "L2 below 1e-4 on at least 99 %"] == ["100 %", "1", "yes"]
-    assert table["benchmark clouds but A9", "L2 below 1e-6 on at least 99 %"][0] == "not run"
+    assert table["benchmark clouds, A9 (bumps)", "L2 below 1e-4 on at least 99%"] == ["100%", "1", "yes"]
+    assert table["benchmark clouds but A9", "L2 below 1e-6 on at least 99%"][0] == "not run"
 
 
 def test_exactness_is_asked_of_a_tenth_exact_points():
@@ -115,13 +115,13 @@ def test_exactness_is_asked_of_a_tenth_exact_points():
         errors = [1e-10] * exact + [1e-8] * (20 - exact)
         groups = {"exact [%]": 10}
         records = [record("cone", "cone", error, set="exact-share", groups=groups) for error in errors]
-        return rows(records)["10 % of the points exact", "exact on at least 85 %"]
+        return rows(records)["10% of the points exact", "exact on at least 85%"]
 
-    assert cells(17) == ["85.0 %", "20", "yes"] and cells(16) == ["80.0 %", "20", "**no**"]
+    assert cells(17) == ["85.0%", "20", "yes"] and cells(16) == ["80.0%", "20", "**no**"]
 
 
 def test_errors_are_held_against_least_squares():
-    where = "scans, noise 2 %", "at most 1.1 times the error of least squares"
+    where = "scans, noise 2%", "at most 1.1 times the error of least squares"
     reference = {"surface": 1e-3, "expected": 1e-3}
     for surface, cells in ((1.09e-3, ["1.090", "1", "yes"]), (1.11e-3, ["1.110", "1", "**no**"])):
         records = [
@@ -201,6 +201,6 @@ def test_the_bias_of_the_radius_by_hand():
 
 def test_what_is_missed_is_said():
     lines = list(held_to(Data([record("plane", "sphere", set="scans-2")], {})))
-    assert "primfit misses 1 of 1: scans, noise 2 % (at least 95 % right)." in lines
+    assert "primfit misses 1 of 1: scans, noise 2% (at least 95% right)." in lines
     lines = list(held_to(Data([record("plane", "plane", set="scans-2")], {})))
     assert "primfit misses 0 of 1." in lines

@@ -65,10 +65,10 @@ def rows(lines, start: str) -> list[list[str]]:
 def test_at_a_glance(data):
     lines = list(at_a_glance(data, {"overview"}))
     assert rows(lines, "**primfit**") == [
-        ["**primfit**", "found", *["75.0 %", "75.0 %", "1.0e-03", "40"] * 2],
+        ["**primfit**", "found", *["75.0%", "75.0%", "1.0e-03", "40"] * 2],
     ]
-    assert rows(lines, "cgal") == [["cgal", "found", *["25.0 %", "25.0 %", "wrong", "100"] * 2]]
-    assert rows(lines, "open3d") == [["open3d", "given, 1 of 5", *["–", "100 %", "1.0e-04", "2"] * 2]]
+    assert rows(lines, "cgal") == [["cgal", "found", *["25.0%", "25.0%", "wrong", "100"] * 2]]
+    assert rows(lines, "open3d") == [["open3d", "given, 1 of 5", *["–", "100%", "1.0e-04", "2"] * 2]]
 
 
 def test_where_primfit_is_not_ahead_is_said_on_common_clouds(data):
@@ -78,21 +78,21 @@ def test_where_primfit_is_not_ahead_is_said_on_common_clouds(data):
     assert rows(lines, "open3d (kind given)") == [
         [
             "open3d (kind given)",
-            "shrec 100 % / 50.0 %<br>scanner 100 % / 50.0 %",
+            "shrec 100% / 50.0%<br>scanner 100% / 50.0%",
             "shrec 1.0e-04 / 1.0e-03<br>scanner 1.0e-04 / 1.0e-03",
             "shrec 2 / 40<br>scanner 2 / 40",
         ]
     ]
     weak = rows(lines, "shrec")
-    assert ["shrec", "perturbation: A2", "0 %", "", "1", "", "1"] in weak
-    assert ["shrec", "points: up to 500", "75.0 %", "", "1", "", "4"] in weak
+    assert ["shrec", "perturbation: A2", "0%", "", "1", "", "1"] in weak
+    assert ["shrec", "points: up to 500", "75.0%", "", "1", "", "4"] in weak
 
 
 def test_rejections_and_failures_are_shown_apart(data):
     (cells,) = rows(of_set(data, "shrec", ()), "cgal")[:1]
-    assert cells[:8] == ["cgal", "4", "25.0 %", "1", "", "1", "1", "25.0 %"]
+    assert cells[:8] == ["cgal", "4", "25.0%", "1", "", "1", "1", "25.0%"]
     lines = list(of_set(data, "shrec", {"errors"}))
-    assert ["**primfit**", "100 %", "100 %", "0 %", "100 %"] in rows(lines, "**primfit**")
+    assert ["**primfit**", "100%", "100%", "0%", "100%"] in rows(lines, "**primfit**")
     assert ["**primfit**", "1.0e-03", "1.0e-03", "wrong", "1.0e-03"] in rows(lines, "**primfit**")
     assert [line for line in lines if line.startswith("![")] == [
         "![How the errors are spread, on the benchmark and on scans](images/benchmark-errors.png)"
@@ -161,11 +161,11 @@ def test_pictures_need_no_set(data):
 
 def test_numbers_in_cells():
     assert [percent(share) for share in (0.0, 1.0, 0.5, 0.9999, 0.0001, np.nan)] == [
-        "0 %",
-        "100 %",
-        "50.0 %",
-        "over 99 %",
-        "0.01 %",
+        "0%",
+        "100%",
+        "50.0%",
+        "over 99%",
+        "0.01%",
         "–",
     ]
     assert [scientific(value) for value in (1.5e-16, np.inf, np.nan)] == ["1.5e-16", "wrong", "–"]

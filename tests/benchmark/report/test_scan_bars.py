@@ -57,7 +57,7 @@ def test_ambiguous_without_the_truth_names_others():
 def test_each_kind_is_looked_at():
     records = [record("plane", "plane", set=SENSOR)] * 90
     records += [record("cone", "cone", set=SENSOR)] * 7 + [record("cone", "torus", set=SENSOR)] * 1
-    assert not each_kind(0.88)(records).met and each_kind(0.88)(records).text == "cone 87.5 %"
+    assert not each_kind(0.88)(records).met and each_kind(0.88)(records).text == "cone 87.5%"
     assert each_kind(0.88)([*records, records[90]]).met
     assert each_kind(0.88)([]).met is None
 
@@ -71,7 +71,7 @@ def test_points_make_it_no_worse():
     # Two standard errors of 95 of 100 against 88 and 86 of 100: 7.8 and 8.2 %.
     assert no_worse_with_more_points([*made(95, few), *made(88, many)]).met
     assert not no_worse_with_more_points([*made(95, few), *made(86, many)]).met
-    assert no_worse_with_more_points([*made(95, few), *made(100, many)]).text == "95.0 %, –, 100 %"
+    assert no_worse_with_more_points([*made(95, few), *made(100, many)]).text == "95.0%, –, 100%"
     assert no_worse_with_more_points(made(95, few)).met is None
 
 

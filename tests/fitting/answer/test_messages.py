@@ -71,10 +71,15 @@ def test_a_kind_that_is_answered_in_place_of_a_constrained_one_says_so() -> None
     assert "The radius fixed at 0.4 mm contradicts the points" in answer.attempts[0].reason
 
 
+def test_a_constraint_without_a_number_is_named_as_one_says_it() -> None:
+    answer = within(CYLINDER, {"axis": {"direction": [1, 0, 0]}}, "cylinder")
+    assert "The fixed direction of the axis contradicts the points: without it" in answer.message
+
+
 def test_several_constraints_are_named_together() -> None:
     given = {"radius": {"max": 0.5}, "axis": {"direction": [0, 0, 1]}}
     message = within(CYLINDER, given, "cylinder", criterion="least_squares").message
-    assert "The radius at its upper bound 0.5 mm and the direction of the axis fixed contradict" in message
+    assert "The radius at its upper bound 0.5 mm and the fixed direction of the axis contradict" in message
     assert "the cylinder is answered as the only kind allowed" in message
 
 

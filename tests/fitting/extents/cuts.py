@@ -45,7 +45,7 @@ def piece(primitive: Primitive, u: Range, v: Range, n: int, seed: int = 1) -> Ar
 
 
 def spoilt(points: Array, seed: int = 2) -> Array:
-    """With noise of 0.1 % of the diagonal, and 5 % of the points anywhere in the bounding box."""
+    """With noise of 0.1% of the diagonal, and 5% of the points anywhere in the bounding box."""
     rng = np.random.default_rng(seed)
     low, high = points.min(axis=0), points.max(axis=0)
     noisy = points + rng.normal(0.0, 1e-3 * np.linalg.norm(high - low), points.shape)

@@ -38,7 +38,7 @@ SPARSE = 0.1
 """Sectors with less than this share of the mean number of points may be part of a gap."""
 
 POINTS_A_CELL = 5
-"""Cells that points are counted in hold so many on average; of random points 0.7 % of the cells are empty."""
+"""Cells that points are counted in hold so many on average; of random points 0.7% of the cells are empty."""
 
 
 ASKED = 2000

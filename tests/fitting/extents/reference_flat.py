@@ -25,7 +25,7 @@ Rings = tuple[Array, ...]
 """A piece: its outer ring (K, 2), counter-clockwise, and its holes, clockwise; no corner is repeated."""
 
 IN_A_CELL = 7
-"""Cells hold so many points on average; of random points 0.1 % of the cells are empty."""
+"""Cells hold so many points on average; of random points 0.1% of the cells are empty."""
 
 FEWEST_AROUND = 7
 """Points in a cell and its eight neighbors; where there are fewer (63 is usual), they are stray."""

@@ -1,4 +1,4 @@
-"""Half a 95 % interval: that of SciPy, which is not imported for it."""
+"""Half a 95% interval: that of SciPy, which is not imported for it."""
 
 import numpy as np
 import pytest

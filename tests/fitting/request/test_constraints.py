@@ -1,5 +1,6 @@
 """Constraints as a caller gives them: what is wrong is named."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,29 @@ def test_what_is_built_by_hand_is_checked_too() -> None:
         "apex": [1.0, 2.0, 3.0],
     }
     assert Constraints.of(given).plain() == given
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (Range(-5.0, 3.0), "constraints.radius.min is -5; it must be positive"),
+        (Range(math.nan, 3.0), "constraints.radius.min is nan"),
+        (Range(3.0, -math.inf), "constraints.radius.max is -inf"),
+        (Range("4", 6.0), "constraints.radius.min is '4', not a number"),  # type: ignore[arg-type]
+        (Range(), "constraints.radius needs either a value, or a min"),
+    ],
+)
+def test_an_end_of_a_range_is_never_dropped_in_silence(given: Range, said: str) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        Constraints(radius=given)
+    assert said in str(caught.value)
+
+
+def test_an_end_of_a_range_may_be_none_as_in_plain_values() -> None:
+    assert Constraints(radius=Range(12.0, None)) == Constraints(radius=Range(12.0))  # type: ignore[arg-type]
+    assert Constraints(radius=Range(None, 5.0)) == Constraints(radius=Range(high=5.0))  # type: ignore[arg-type]
+    with pytest.raises(InvalidOptionError, match=r"constraints\.axis needs a direction"):
+        Constraints(axis=Direction(None))  # type: ignore[arg-type]
 
 
 def test_what_is_built_by_hand_is_the_same_as_what_is_parsed() -> None:

@@ -82,7 +82,7 @@ def meats(agreement: Agreement, independent: Array, rows: Array, feet: Array) ->
 
 
 def mixed(covariances: Array, weights: Array, unit: Array, free: float) -> Array:
-    """The covariance (k, k) whose 95 % intervals are those of a mixture of (T, k, k), weights (T,)."""
+    """The covariance (k, k) whose 95% intervals are those of a mixture of (T, k, k), weights (T,)."""
     sizes = np.sqrt(unit.diagonal())
     values, vectors = np.linalg.eigh(unit / np.outer(sizes, sizes))
     stretch = np.sqrt(np.maximum(values, EPS))
@@ -96,7 +96,7 @@ def mixed(covariances: Array, weights: Array, unit: Array, free: float) -> Array
 
 
 def ends(deviations: Array, weights: Array, free: float) -> Array:
-    """Upper ends (k,) of the 95 % intervals about 0 of mixtures of standard deviations (T, k)."""
+    """Upper ends (k,) of the 95% intervals about 0 of mixtures of standard deviations (T, k)."""
     each = stdtrit(free, 0.975) * deviations
     low, high = each.min(axis=0), each.max(axis=0)
     for _ in range(HALVINGS):

@@ -33,7 +33,7 @@ def test_most_intervals_hold_the_truth(kind: str) -> None:
         center = noisy(truth, 400, 0.01, seed).mean(axis=0)
         true = dict(zip(names, values_of(truth.canonical(center)), strict=True))
         held += [each.low <= true[name] <= each.high for name, each in found.uncertainty.intervals.items()]
-    # 5 % are missed; if the numbers of a cloud went all together, 0.85 would be two standard errors below
+    # 5% are missed; if the numbers of a cloud went all together, 0.85 would be two standard errors below
     assert np.mean(held) >= 0.85
 
 

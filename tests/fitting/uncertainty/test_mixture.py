@@ -36,7 +36,7 @@ def test_the_ends_leave_five_of_100_cases_of_the_mixture(share: float) -> None:
 
 def test_what_is_unlikely_and_large_hardly_counts() -> None:
     found = mixed(np.stack([UNIT, 1e6 * UNIT]), np.array([0.99, 0.01]))
-    # 1 % of the cases are beyond, and 4 % of the others may be: 2.10 standard deviations in place of 2.00
+    # 1% of the cases are beyond, and 4% of the others may be: 2.10 standard deviations in place of 2.00
     np.testing.assert_allclose(found, (2.10 / 2.00) ** 2 * UNIT, rtol=0.02, atol=1e-9)
 
 

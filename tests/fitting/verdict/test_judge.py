@@ -156,7 +156,7 @@ def test_two_rings_do_not_decide_for_the_sphere_through_them() -> None:
 
 
 def test_a_lattice_of_coordinates_has_planes_that_are_no_surface() -> None:
-    """A plane holds 29 % of these points to the last digit; the pipe, in the same steps, is nearer to all."""
+    """A plane holds 29% of these points to the last digit; the pipe, in the same steps, is nearer to all."""
     x, y = (each.ravel() for each in np.meshgrid(np.arange(-50.0, 51.0, 2.0), np.arange(-50.0, 51.0, 2.0)))
     answer = recognize(np.column_stack([x, y, np.round(np.sqrt(200.0**2 - x**2))]))
     assert answer.status == "fitted" and isinstance(answer.primitive, Cylinder)
