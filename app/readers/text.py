@@ -103,7 +103,7 @@ def _width(line: str, layout: Layout) -> int:
 
 
 def _load_any(text: bytes, layout: Layout, scans: list[_Scan]) -> tuple[Array, NDArray[Any] | None]:
-    """The same; raises `UnreadableFileError` naming rows that hold no points."""
+    """The same of any table; raises `UnreadableFileError` naming rows that hold no points."""
     cells: list[str] = []
     try:
         table = _load(text, layout, cells, scans)
