@@ -12,18 +12,13 @@ import pytest
 
 from tests.app.browser import ENTER, Browser, needs_browser
 from tests.app.serving import Service, wait_for
-from tests.app.viewing import VERDICT, answered, drop, drop_file, pressed, text
+from tests.app.viewing import EXAMPLE, VERDICT, answered, drop, drop_file, pressed, text
 from tests.paths import ROOT
 
 pytestmark = [pytest.mark.browser, needs_browser]
 PIPE = ROOT / "samples" / "pipe.ply"
 OTHERS = "[...document.querySelectorAll('.other span')].map((each) => each.innerText)"
 COPIED = "document.querySelector('#take ~ pre').innerText"
-EXAMPLE = """
-const list = document.querySelector("header select");
-list.value = arguments[0];
-list.dispatchEvent(new Event("change", { bubbles: true }));
-"""
 LINKS = {
     '{"seed": 4, "max_error": 1e-7}': ["seed: 4", "max error: 1e-7"],
     '{"constraints": {"radius": {"min": 50, "max": 60}}}': ['constraints: {"radius":{"min":50,"max":60}}'],
