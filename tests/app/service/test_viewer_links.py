@@ -1,6 +1,7 @@
 """What a link may ask for, and the lines that are taken along: of points without a file, of odd names."""
 
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -57,6 +58,27 @@ def test_a_link_that_is_followed_on_the_open_page(viewer: Browser) -> None:
     answered(viewer)
     viewer.wait_for("document.querySelector('.band') !== null")
     assert viewer.run("return document.querySelector('form input[inputmode]').value") == "2"
+
+
+def test_what_is_known_has_no_doubt_and_the_rest_has(page: Browser, service: Service) -> None:
+    """The doubts of the answer: of a free axis an angle, of the place a length, of a known axis none."""
+    seen = []
+    for link in ("{}", '{"constraints": {"axis": {"direction": [1, 0.2, 0.1], "max_angle": 0}}}'):
+        follow(page, service, link)
+        drop_file(page, PIPE)
+        answered(page)
+        rows = page.run(
+            "return [...document.querySelectorAll('#verdict ~ table tr')].map((r) => r.innerText)"
+        )
+        seen += [row.strip() for row in rows[:2]]
+    body = {"file": (PIPE.name, PIPE.read_bytes())}
+    doubt = service.client.post("/fit", files=body).json()["uncertainty"]
+    angle = math.degrees(doubt["direction"]["radius_95"])
+    axis, point, known_axis, known_point = seen
+    assert float(axis.split("±")[1].strip("° ")) == pytest.approx(angle, rel=0.05)
+    length = float(point.split("±")[1].split()[0])
+    assert length == pytest.approx(doubt["position"]["radius_95"], rel=0.05)
+    assert "±" not in known_axis and "across the axis" in known_point
 
 
 def _kind_and_radius(page: Browser) -> tuple[str, float]:

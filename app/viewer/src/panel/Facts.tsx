@@ -81,9 +81,9 @@ function vector(told: Answer, name: string, values: readonly number[]): string {
   const { direction, position } = told.uncertainty ?? {};
   if (directions.has(name)) {
     const row = values.map((each) => fixed(each, 5)).join(" ");
-    return direction ? `${row}\n± ${plain(degrees(direction.radius_95), 2)}°` : row;
+    return direction?.radius_95 ? `${row}\n± ${plain(degrees(direction.radius_95), 2)}°` : row;
   }
-  if (position) {
+  if (position?.radius_95) {
     const row = values.map((each) => doubted(each, position.radius_95).replace(/ ±.*/, "")).join("  ");
     return `${row}\n± ${plain(position.radius_95, 2)} across the ${told.primitive!.kind === "plane" ? "plane" : "axis"}`;
   }
