@@ -5,7 +5,7 @@ import logging
 import signal
 import socket
 import sys
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from typing import Any
 
@@ -21,7 +21,7 @@ from ..readers.errors import TooLargeError
 from ..service.browsers import Addressee
 from ..service.guard import Access, Guard
 from ..service.metrics import Metrics
-from ..service.server import WatchedServer, is_loopback, listen
+from ..service.server import WatchedServer, is_loopback, listen, renewed
 from ..service.settings import Settings, SettingsError
 from ..wire.problems import ServiceError, respond
 from ..workers import logs
@@ -31,12 +31,16 @@ from .server import running
 from .tools import Tools
 
 PATH = "/mcp"
+RENEWABLE = ("api_keys", "api_keys_file", "rate_limit")
+"""Settings that SIGHUP has read again."""
 _LOCAL = ("127.0.0.1", "localhost", "[::1]")
 _log = logging.getLogger("primfit")
 
 
-def serve_http(settings: Settings, places: Places) -> None:
-    """Serve until a signal stops it.
+def serve_http(settings: Settings, places: Places, flags: Mapping[str, Any]) -> None:
+    """Serve until a signal stops it; at SIGHUP keys and the rate of requests are read again.
+
+    `flags` are the settings of the command line.
 
     Raises
     ------
@@ -55,19 +59,26 @@ def serve_http(settings: Settings, places: Places) -> None:
         logs.configure(settings.log_format)
         _log.info("Listening on %s port %d", address, port)
         signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+        access = Access(settings.keys(), settings.rate_limit)
+        if hasattr(signal, "SIGHUP"):
+            signal.signal(signal.SIGHUP, lambda *_: renewed(settings, flags, access, RENEWABLE))
         try:
-            asyncio.run(_serve(settings, places, listener, local))
+            asyncio.run(_serve(settings, places, listener, local, access))
         except KeyboardInterrupt:
             pass
 
 
-async def _serve(settings: Settings, places: Places, listener: socket.socket, local: bool) -> None:
+async def _serve(
+    settings: Settings, places: Places, listener: socket.socket, local: bool, access: Access
+) -> None:
     async with running(settings, places, uploads=True) as (server, tools):
-        app = application(settings, server, tools, local)
+        app = application(settings, server, tools, local, access)
         await WatchedServer(app, settings, Metrics()).serve([listener])
 
 
-def application(settings: Settings, server: MCPServer[Any], tools: Tools, local: bool) -> ASGIApp:
+def application(
+    settings: Settings, server: MCPServer[Any], tools: Tools, local: bool, access: Access
+) -> ASGIApp:
     """The ASGI application: tools behind a key where there are keys, uploads behind their tickets.
 
     Neither answers to a foreign name, nor to pages of elsewhere.
@@ -84,7 +95,7 @@ def application(settings: Settings, server: MCPServer[Any], tools: Tools, local:
         async with server.session_manager.run():
             yield
 
-    guarded = Guard(protocol, Access(settings.keys(), settings.rate_limit))
+    guarded = Guard(protocol, access)
     routes = [Route("/uploads/{ticket}", upload, methods=["PUT"]), Mount("/", guarded)]
     app = Addressee(
         Starlette(routes=routes, lifespan=lifespan),

@@ -7,11 +7,13 @@ import signal
 import sys
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mcp.server.mcpserver import MCPServer
+from mcp.server.mcpserver import Context, MCPServer
+from mcp_types import CallToolResult, InputRequiredResult
 
 from ..readers.formats import FORMATS
 from ..service.settings import Settings
@@ -22,7 +24,7 @@ from ..workers import logs
 from .output import unfinished
 from .places import Places
 from .tickets import Tickets
-from .tools import Tools
+from .tools import Tools, called
 
 PRELOAD = [*OF_SERVICE, "primfit.app.agents.work", "primfit.app.agents.picture"]
 SWEEP_SECONDS = 5.0
@@ -59,6 +61,18 @@ def instructions(settings: Settings, places: Places, uploads: bool) -> str:
     )
 
 
+class Server(MCPServer[Any]):
+    """The server of the package, which would take arguments that no tool has for nothing."""
+
+    async def call_tool(
+        self, name: str, arguments: dict[str, Any], context: Context[Any, Any] | None = None
+    ) -> CallToolResult | InputRequiredResult:
+        """Call a tool; arguments that it does not have, or of a wrong type, are mistakes like others."""
+        schemas = {tool.name: tool.input_schema for tool in await self.list_tools()}
+        call = partial(super().call_tool, name, arguments, context)
+        return await called(call, arguments, schemas[name]["properties"] if name in schemas else None)
+
+
 @asynccontextmanager
 async def running(
     settings: Settings, places: Places, uploads: bool
@@ -68,7 +82,7 @@ async def running(
     pool = worker_pool(settings, spool, PRELOAD)
     tickets = Tickets(spool, settings.max_body_bytes) if uploads else None
     tools = Tools(settings, pool, places.roots, spool, places.output, tickets)
-    server: MCPServer[Any] = MCPServer(
+    server = Server(
         "primfit",
         title="primfit",
         version=version("primfit"),

@@ -3,16 +3,17 @@
 import asyncio
 import os
 from collections import Counter, OrderedDict
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from inspect import cleandoc
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import orjson
 from mcp.server.mcpserver import Context, Image, MCPServer
-from mcp_types import CallToolResult, TextContent, ToolAnnotations
-from pydantic import Field, WithJsonSchema
+from mcp.server.mcpserver.exceptions import ToolError, UnexpectedToolError
+from mcp_types import CallToolResult, InputRequiredResult, TextContent, ToolAnnotations
+from pydantic import Field, ValidationError, WithJsonSchema
 
 from ..readers.columns import AUTO_LABELS
 from ..readers.errors import FieldError
@@ -36,7 +37,7 @@ KEPT_SCANS = 4
 """Scans whose rows are kept, so that the next page is not fitted again."""
 
 _REFUSED = (ServiceError, ValueError, OSError)
-ProblemField = dict[str, str]
+Result = TypeVar("Result", bound=CallToolResult | InputRequiredResult)
 
 Path_ = Annotated[
     str | None,
@@ -339,7 +340,29 @@ def _told(content: dict[str, Any]) -> CallToolResult:
     return CallToolResult(content=[TextContent(type="text", text=text)], structured_content=content)
 
 
-async def _or_problem(answer: Callable[[], Awaitable[CallToolResult]]) -> CallToolResult:
+async def called(
+    call: Callable[[], Awaitable[Result]], given: Collection[str], known: Collection[str] | None
+) -> Result | CallToolResult:
+    """What a call of a tool results in; a problem where an argument is not `known`, or of a wrong type."""
+
+    async def answer() -> Result:
+        if known is not None and (others := [name for name in given if name not in known]):
+            why = f"unknown argument; allowed are {', '.join(known)}"
+            raise InvalidOptionsError([FieldError(name, why) for name in others])
+        try:
+            return await call()
+        except ToolError as error:
+            if not isinstance(error.__cause__, ValidationError) or isinstance(error, UnexpectedToolError):
+                raise
+            mistakes = error.__cause__.errors()
+        raise InvalidOptionsError(
+            [FieldError(".".join(map(str, each["loc"])), each["msg"]) for each in mistakes]
+        )
+
+    return await _or_problem(answer)
+
+
+async def _or_problem(answer: Callable[[], Awaitable[Result]]) -> Result | CallToolResult:
     """The answer of a tool, or what the service would say is wrong, in words and as a problem document."""
     try:
         return await answer()

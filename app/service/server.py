@@ -8,7 +8,7 @@ import signal
 import socket
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 from typing import Any
 
@@ -21,6 +21,7 @@ from . import demo as first_look
 from .api import create_app
 from .connection import Connection
 from .door import Door
+from .guard import Access
 from .jobs_kept import check_database
 from .listener import Listener
 from .metrics import Metrics
@@ -65,6 +66,29 @@ def serve(host: str | None, port: int | None, workers: int | None, demo: bool) -
             pass
 
 
+def renewed(old: Settings, flags: Mapping[str, Any], access: Access, names: Collection[str]) -> Settings:
+    """The settings after SIGHUP, of which those of these names are read again, and the keys with them.
+
+    If they cannot be read, or no key would be left, nothing changes; the log says so.
+    """
+    try:
+        read = load(**flags)
+        keys = read.keys()
+    except (SettingsError, OSError, ValueError) as error:
+        _log.error("SIGHUP: nothing is changed: %s", error)
+        return old
+    if access.asks_for_keys and not keys:
+        _log.error("SIGHUP: nothing is changed: no key would be left, and everybody could ask")
+        return old
+    changed = [name for name in Settings.model_fields if getattr(read, name) != getattr(old, name)]
+    later = [name for name in changed if name not in names]
+    access.renew(keys, read.rate_limit)
+    _log.info("SIGHUP: settings and keys are read again")
+    if later:
+        _log.warning("SIGHUP: %s will change when the service is started anew", ", ".join(later))
+    return old.model_copy(update={name: getattr(read, name) for name in names})
+
+
 class WatchedServer(uvicorn.Server):
     """A server of an ASGI application that watches its connections."""
 
@@ -104,23 +128,7 @@ class _Server(WatchedServer):
     def renew(self, flags: Mapping[str, Any]) -> None:
         """Read the settings again, and go by those from now on that can change while the service runs."""
         state = self._app.state
-        try:
-            read = load(**flags)
-            keys = read.keys()
-        except (SettingsError, OSError, ValueError) as error:
-            _log.error("SIGHUP: nothing is changed: %s", error)
-            return
-        old = state.settings
-        if state.access.asks_for_keys and not keys:
-            _log.error("SIGHUP: nothing is changed: no key would be left, and everybody could ask")
-            return
-        changed = [name for name in Settings.model_fields if getattr(read, name) != getattr(old, name)]
-        later = [name for name in changed if name not in RENEWABLE]
-        state.access.renew(keys, read.rate_limit)
-        state.settings = old.model_copy(update={name: getattr(read, name) for name in RENEWABLE})
-        _log.info("SIGHUP: settings and keys are read again")
-        if later:
-            _log.warning("SIGHUP: %s will change when the service is started anew", ", ".join(later))
+        state.settings = renewed(state.settings, flags, state.access, RENEWABLE)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Take requests for a moment longer, then close the listener and let those under way finish."""

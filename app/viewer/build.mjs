@@ -18,6 +18,8 @@ const { metafile } = await build({
   legalComments: "none",
   metafile: true,
   outdir: out,
+  // Else packages that are reached by a link are none of `node_modules`.
+  preserveSymlinks: true,
 });
 await build({ entryPoints: ["src/viewer.css"], minify: true, outdir: out });
 await copyFile("src/index.html", `${out}/index.html`);

@@ -17,6 +17,11 @@ PRESS = """
 const buttons = [...document.querySelectorAll("button")];
 buttons.find((each) => each.textContent.startsWith(arguments[0])).click();
 """
+EXAMPLE = """
+const list = document.querySelector("header select");
+list.value = arguments[0];
+list.dispatchEvent(new Event("change", { bubbles: true }));
+"""
 VERDICT = "document.querySelector('#verdict')?.textContent"
 REFUSED = "document.querySelector('.problem') !== null"
 FITTING = "document.querySelector('.busy button') !== null"

@@ -50,8 +50,9 @@ def mcp(
     from ...service.settings import SettingsError, load
 
     given = {"host": host, "port": port, "workers": workers}
+    flags = {name: value for name, value in given.items() if value is not None}
     try:
-        settings = load(**{name: value for name, value in given.items() if value is not None})
+        settings = load(**flags)
         places = _places(root, output, http)
     except SettingsError as error:
         raise _refused(*error.complaints) from None
@@ -68,7 +69,7 @@ def mcp(
     from ...service.server import ListenError
 
     try:
-        serve_http(settings, places)
+        serve_http(settings, places, flags)
     except SettingsError as error:
         raise _refused(*error.complaints) from None
     except ListenError as error:

@@ -5,7 +5,7 @@ export function plain(value: number, digits = 5): string {
   if (value === 0) return "0";
   const size = Math.floor(Math.log10(Math.abs(value)));
   if (size < -4 || size > 8) return minus(value.toExponential(digits - 1));
-  return minus(value.toFixed(Math.max(0, digits - 1 - size)));
+  return fixed(value, Math.max(0, digits - 1 - size));
 }
 
 /** A value with half the width of its interval: both end at the second digit of the doubt. */
@@ -13,13 +13,20 @@ export function doubted(value: number, half: number | null): string {
   if (half === null || !(half > 0) || !Number.isFinite(half)) return plain(value);
   const places = Math.max(0, 1 - Math.floor(Math.log10(half)));
   if (places > 12) return plain(value, 12);
-  return `${minus(value.toFixed(places))} ± ${half.toFixed(places)}`;
+  return `${fixed(value, places)} ± ${half.toFixed(places)}`;
 }
+
+/** Coordinates of a point in a cloud of this size: to a ten-millionth of it, wherever it lies. */
+export const placed = (coordinates: readonly number[], size: number): string =>
+  coordinates.map((each) => fixed(each, Math.min(100, Math.max(0, 7 - Math.ceil(Math.log10(size)))))).join("  ");
 
 export const degrees = (angle: number): number => (angle * 180) / Math.PI;
 
 export const counted = (n: number, one: string, many = `${one}s`): string =>
   `${n.toLocaleString("en")} ${n === 1 ? one : many}`;
+
+/** With so many places; what rounds to zero has no sign. */
+export const fixed = (value: number, places: number): string => minus(value.toFixed(places).replace(/^-(?=[0.]*$)/, ""));
 
 const minus = (text: string): string => text.replace(/-/g, "\u2212");
 

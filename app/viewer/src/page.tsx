@@ -12,6 +12,7 @@ import { Residuals } from "./panel/Residuals";
 import { Status } from "./panel/Status";
 import { Take } from "./panel/Take";
 import { EXAMPLES } from "./examples";
+import { keepFocus } from "./focus";
 import * as state from "./state";
 import { chosen, fitChosen, note, tool, type Tool } from "./tools";
 
@@ -123,6 +124,7 @@ function Tools() {
   );
 }
 
+addEventListener("hashchange", state.takeLink);
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event: DragEvent) => {
   event.preventDefault();
@@ -137,5 +139,7 @@ addEventListener("paste", (event: ClipboardEvent) => {
   else if (text?.trim()) void state.open("pasted.txt", new Blob([text]));
 });
 
-render(<Page />, document.getElementById("page")!);
+const page = document.getElementById("page")!;
+keepFocus(page);
+render(<Page />, page);
 void state.learn();

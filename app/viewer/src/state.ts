@@ -5,6 +5,7 @@ import { wrap } from "comlink";
 import { Cloud } from "./cloud";
 import { distanceTo } from "./geometry/kinds";
 import type { Answer, Extents, Primitive } from "./geometry/kind";
+import { ofLink, toLink, type Chosen } from "./options";
 import type { Reader } from "./reading/reader";
 import type { Coloring } from "./scene/points";
 import {
@@ -42,7 +43,7 @@ export const job = signal<Job | null>(null);
 export const kept = signal<readonly Job[]>([]);
 export const problem = signal<Problem | null>(null);
 export const abilities = signal<Capabilities | null>(null);
-export const options = signal<Partial<Options>>(ofLink());
+export const options = signal<Chosen>(ofLink(location.hash));
 /** The step of the answer that is looked at; null for the answer itself. */
 export const step = signal<number | null>(null);
 export const coloring = signal<Coloring>("residual");
@@ -277,16 +278,21 @@ export async function download(which: string): Promise<void> {
   taken.value = { words: `${which.replace(/_/g, " ")} is made…`, failed: false };
   try {
     const [name, content] = await artifact(given, options.value as Options, which);
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(content);
-    link.download = `${given.name.replace(/\.[^.]*$/, "")}-${name}`;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
-    taken.value = { words: `${link.download} is saved.`, failed: false };
+    save(`${given.name.replace(/\.[^.]*$/, "")}-${name}`, content);
   } catch (error) {
     const words = error instanceof Refused ? error.problem.detail : "The service does not answer.";
     taken.value = { words, failed: true };
   }
+}
+
+/** Have the browser keep a file. */
+export function save(name: string, content: Blob): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(content);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+  taken.value = { words: `${name} is saved.`, failed: false };
 }
 
 /** Learn what the service can do; false if it does not say. */
@@ -304,16 +310,11 @@ export async function learn(): Promise<boolean> {
 /** Set an option, or leave it to the service where there is no value; the address of the page holds them. */
 export function set<K extends keyof Options>(name: K, value: Options[K] | null): void {
   const { [name]: _, ...others } = options.value;
-  options.value = value === null ? (others as Partial<Options>) : { ...others, [name]: value };
-  const told = Object.keys(options.value).length ? `#${encodeURIComponent(JSON.stringify(options.value))}` : "#";
-  history.replaceState(null, "", told);
+  options.value = value === null ? (others as Chosen) : { ...others, [name]: value };
+  history.replaceState(null, "", toLink(options.value));
 }
 
-function ofLink(): Partial<Options> {
-  try {
-    const told: unknown = JSON.parse(decodeURIComponent(location.hash.slice(1)));
-    return typeof told === "object" && told !== null && !Array.isArray(told) ? told : {};
-  } catch {
-    return {};
-  }
+/** Take the options of another address that the page is given. */
+export function takeLink(): void {
+  options.value = ofLink(location.hash);
 }

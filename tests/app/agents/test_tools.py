@@ -3,6 +3,8 @@
 import asyncio
 import base64
 import json
+import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -201,6 +203,17 @@ def test_exports_are_written_once(server: Server, folder: Path) -> None:
             {"path": "pipe.npy", "artifacts": ["csv"], "name": "../x"},
             "not fit for the name of a file",
         ),
+        (
+            "fit",
+            {"path": "pipe.npy", "kinds": ["cone"]},
+            "kinds: unknown argument; allowed are path, ticket, options",
+        ),
+        ("explain", {"path": 5}, "path: Input should be a valid string"),
+        (
+            "fit_segments",
+            {"path": "scan.csv", "limit": 201},
+            "limit: Input should be less than or equal to 200",
+        ),
     ],
 )
 def test_mistakes_are_told_in_the_words_of_the_service(
@@ -314,3 +327,33 @@ def test_keys_are_asked_for_but_by_uploads(tmp_path: Path) -> None:
 
         assert asyncio.run(ask())["ticket"]
     assert "Traceback" not in (tmp_path / "log").read_text()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="needs SIGHUP")
+def test_sighup_has_keys_read_again_and_keeps_tickets(tmp_path: Path) -> None:
+    """Without keys left, nothing changes: nobody is let in who was not before."""
+    old, new = "0123456789abcdef", "fedcba9876543210"
+    keys = tmp_path / "keys"
+    keys.write_text(old)
+    with http_server(tmp_path / "log", api_keys_file=keys) as server:
+
+        def status(key: str) -> int:
+            headers = {"Content-Type": "application/json", "X-API-Key": key}
+            return httpx.post(server.url, content=b"{}", headers=headers).status_code
+
+        def renewed(text: str, said: str) -> None:
+            keys.write_text(text)
+            os.kill(server.pid, signal.SIGHUP)
+            wait_for(lambda: said in server.log.read_text())
+
+        async def ask(key: str, tool: str, **arguments: Any) -> Any:
+            async with http_with({"X-API-Key": key}, server) as client:
+                return (await client.call_tool(tool, arguments)).structured_content
+
+        ticket = asyncio.run(ask(old, "upload"))
+        assert httpx.put(ticket["url"], content=b"1 2 3\n").status_code == 201
+        renewed(new, "settings and keys are read again")
+        assert (status(old), status(new)) == (401, 400)
+        assert "1 point" in asyncio.run(ask(new, "fit", ticket=ticket["ticket"]))["detail"]
+        renewed("", "nothing is changed")
+        assert (status(old), status(new)) == (401, 400)

@@ -11,7 +11,6 @@ import pytest
 from PIL import Image
 
 from primfit.benchmark.service import csv, npy
-from tests.app import npm
 from tests.app.browser import Browser, needs_browser
 from tests.app.serving import ALICE
 from tests.app.viewing import VERDICT, answered, drop, drop_file, pressed, text, visit
@@ -195,27 +194,6 @@ def test_all_that_is_sent_is_small(page: Browser, service: Any) -> None:
         for name in ("viewer.js", "reader.js", "viewer.css")
     )
     assert sum(parts.values()) < MOST_BYTES and packed < MOST_BYTES
-
-
-@npm.needs_node
-@pytest.mark.parametrize("width", [360, 1200])
-@pytest.mark.parametrize("file", [None, "pipe.ply", "plant.csv", "corner.xyz"])
-def test_nothing_keeps_people_out(
-    viewer: Browser, viewer_sources: None, file: str | None, width: int
-) -> None:
-    """By axe-core, in light and dark."""
-    viewer.resize(width)
-    if file is not None:
-        drop_file(viewer, ROOT / "samples" / file)
-        answered(viewer)
-    viewer.run((npm.VIEWER / "node_modules" / "axe-core" / "axe.min.js").read_text())
-    for scheme in ("light", "dark"):
-        viewer.prefer(color_scheme=scheme)
-        found = viewer.run("return axe.run().then(({ violations }) => violations)")
-        said = [(each["id"], [node["html"] for node in each["nodes"]][:3]) for each in found]
-        assert said == [], scheme
-    viewer.prefer()
-    viewer.resize(1200)
 
 
 def test_it_may_ask_nobody_else(service: Any) -> None:

@@ -6,6 +6,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 
@@ -15,6 +16,7 @@ from tests.app.browser import DOWN, ENTER, RIGHT, SPACE, TAB, Browser, needs_bro
 from tests.app.service.scans import many
 from tests.app.serving import ALICE, Service, stopped, wait_for, workers
 from tests.app.viewing import (
+    EXAMPLE,
     FITTING,
     REFUSED,
     answered,
@@ -55,6 +57,7 @@ const options = [...document.querySelector("[data-used]").options];
 options.find((each) => each.value === arguments[0]).setAttribute("data-option", "");
 """
 USED = "[data-used]"
+SEED = '{"seed": 4}'
 PICTURE = ".picture canvas"
 Act = Callable[[Browser], None]
 
@@ -303,7 +306,11 @@ WAITING = [
     Control("key", "Key", WELL, True, *fills(ALICE + ENTER), leaves=True),
     Control("key", "Use it", WELL, True, before=types_key),
 ]
-CONTROLS = [*EMPTY, *PICTURES, *ANSWERS, *ASKED, *TAKEN, *WAITING]
+LINKED = [
+    Control("linked", "Save the points", SAVED),
+    Control("linked", "Leave out seed", HASH, ""),
+]
+CONTROLS = [*LINKED, *EMPTY, *PICTURES, *ANSWERS, *ASKED, *TAKEN, *WAITING]
 
 State = Callable[[Browser, Service], AbstractContextManager[None]]
 
@@ -331,6 +338,17 @@ def shown(name: str) -> State:
         yield
 
     return state
+
+
+@contextmanager
+def linked(page: Browser, service: Service) -> Iterator[None]:
+    """An example, by a link that asks for something of which the form has no field."""
+    page.open("about:blank")
+    page.open(f"http://127.0.0.1:{service.port}/#{quote(SEED)}")
+    page.wait_for("document.querySelector('header select') !== null")
+    page.run(EXAMPLE, "pipe")
+    answered(page)
+    yield
 
 
 @contextmanager
@@ -396,6 +414,7 @@ def asked(page: Browser, service: Service) -> Iterator[None]:
 STATES: dict[str, State] = {
     "empty": empty,
     "fitted": shown("pipe.ply"),
+    "linked": linked,
     "selected": selected,
     "no-fit": shown("corner.xyz"),
     "scan": shown("plant.csv"),

@@ -187,6 +187,23 @@ def test_too_many_requests(page: Browser, tmp_path: Any) -> None:
         assert "A cylinder" in text(page)
 
 
+@needs_proc
+def test_a_service_that_stops_says_so(page: Browser, tmp_path: Any) -> None:
+    """What was asked is answered with 503; what is asked afterwards by nobody."""
+    with running(tmp_path / "bodies", workers=1, stop_patience=1) as service:
+        visit(page, service.port)
+        wait_for(lambda: len(workers(service.pid)) == 1)
+        with stopped(service):
+            drop_file(page, PIPE)
+            page.wait_for(FITTING)
+            wait_for(lambda: "primfit_workers_busy 1" in service.client.get("/metrics").text)
+            os.kill(service.pid, signal.SIGTERM)
+            assert refusal(page).startswith("The service stopped")
+        service.process.wait()
+        pressed(page, "Try again")
+        page.wait_for("document.querySelector('.problem h2')?.innerText === 'The service does not answer'")
+
+
 def test_the_network_comes_back(viewer: Browser) -> None:
     drop_file(viewer, PIPE)
     answered(viewer)

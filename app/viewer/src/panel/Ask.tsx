@@ -1,14 +1,14 @@
 /** What is asked of the service: kinds, criterion, tolerance, and what is known already. */
 
+import { UNITS, fielded, type Chosen } from "../options";
 import type { Options } from "../service/service";
 import * as state from "../state";
-
-const UNITS: readonly NonNullable<Options["unit"]>[] = ["um", "mm", "cm", "m", "km", "inch", "ft", "us-ft"];
 
 export function Ask() {
   const known = state.abilities.value;
   if (!known) return null;
-  const { kinds = known.kinds, criterion = "robust", tolerance = null } = state.options.value;
+  const shown = fielded(state.options.value, known);
+  const { kinds = known.kinds, criterion = "robust", tolerance = null, unit = "" } = shown;
   const toggle = (kind: string, on: boolean): void => {
     const left = known.kinds.filter((each) => (each === kind ? on : (kinds as readonly string[]).includes(each)));
     state.set("kinds", left.length && left.length < known.kinds.length ? (left as Options["kinds"]) : null);
@@ -54,7 +54,7 @@ export function Ask() {
         <label class="row">
           Unit of the file
           <select
-            value={state.options.value.unit ?? ""}
+            value={unit ?? ""}
             onChange={(event) => state.set("unit", (event.currentTarget.value || null) as Options["unit"])}
           >
             <option value="">as it says</option>
@@ -75,7 +75,8 @@ export function Ask() {
             onChange={(event) => state.set("tolerance", entered(event.currentTarget, number, NUMBER))}
           />
         </label>
-        <Known />
+        <Known shown={shown} />
+        <Others shown={shown} />
         <button type="submit" class="main" disabled={!state.source.value}>
           Fit
         </button>
@@ -85,8 +86,8 @@ export function Ask() {
 }
 
 /** A radius or a direction that is known; they are the constraints that people have most. */
-function Known() {
-  const constraints: Partial<NonNullable<Options["constraints"]>> = state.options.value.constraints ?? {};
+function Known({ shown }: { shown: Chosen }) {
+  const constraints: Partial<NonNullable<Options["constraints"]>> = shown.constraints ?? {};
   const { radius, axis } = constraints;
   const put = (name: "radius" | "axis", value: unknown): void => {
     const { [name]: _, ...others } = constraints;
@@ -115,6 +116,25 @@ function Known() {
           onChange={(event) => put("axis", entered(event.currentTarget, direction, DIRECTION))}
         />
       </label>
+    </>
+  );
+}
+
+/** What a link asks for beyond the fields, such as a seed: in its own words, to be left out. */
+function Others({ shown }: { shown: Chosen }) {
+  const names = (Object.keys(state.options.value) as (keyof Options)[]).filter((name) => !(name in shown));
+  return (
+    <>
+      {names.map((name) => (
+        <p class="row other" key={name}>
+          <span>
+            {name.replace(/_/g, " ")}: <code>{JSON.stringify(state.options.value[name])}</code>
+          </span>
+          <button type="button" aria-label={`Leave out ${name.replace(/_/g, " ")}`} onClick={() => state.set(name, null)}>
+            Leave out
+          </button>
+        </p>
+      ))}
     </>
   );
 }

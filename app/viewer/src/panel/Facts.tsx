@@ -1,7 +1,7 @@
 /** The answer in words and numbers: the same as the picture, for everyone. */
 
 import type { Answer, Primitive } from "../geometry/kind";
-import { degrees, doubted, plain } from "../numbers";
+import { degrees, doubted, fixed, plain } from "../numbers";
 import * as state from "../state";
 
 const HEADINGS: Record<Answer["status"], (kind: string) => string> = {
@@ -76,9 +76,19 @@ function scalar(told: Answer, name: string, value: number): string {
   return doubted(degrees(value), doubt === null ? null : degrees(doubt));
 }
 
+/** One doubt for all of a direction, or of a place across the surface; else one for each coordinate. */
 function vector(told: Answer, name: string, values: readonly number[]): string {
-  if (directions.has(name)) return values.map((each) => each.toFixed(5).replace("-", "\u2212")).join("  ");
-  return values.map((each, k) => doubted(each, half(told, `${name}.${"xyz"[k]}`)).replace(/ ±.*/, "")).join("  ");
+  const { direction, position } = told.uncertainty ?? {};
+  if (directions.has(name)) {
+    const row = values.map((each) => fixed(each, 5)).join(" ");
+    return direction?.radius_95 ? `${row}\n± ${plain(degrees(direction.radius_95), 2)}°` : row;
+  }
+  if (position?.radius_95) {
+    const row = values.map((each) => doubted(each, position.radius_95).replace(/ ±.*/, "")).join("  ");
+    return `${row}\n± ${plain(position.radius_95, 2)} across the ${told.primitive!.kind === "plane" ? "plane" : "axis"}`;
+  }
+  const each = values.map((value, k) => doubted(value, half(told, `${name}.${"xyz"[k]}`)));
+  return each.join(each.some((value) => value.includes("±")) ? "\n" : "  ");
 }
 
 function Quality({ told }: { told: Answer }) {

@@ -1,6 +1,6 @@
 /** The segments of a scan, what each of them is, and how well: a list to choose from. */
 
-import { plain } from "../numbers";
+import { counted, plain } from "../numbers";
 import { KINDS, LABELS, css } from "../scene/colors";
 import type { Line } from "../service/service";
 import * as state from "../state";
@@ -49,7 +49,10 @@ async function alone(): Promise<void> {
   await fitChosen();
 }
 
+/** As the points of the segment are colored: by its label, or by its kind. */
 function colorOf(line: Line) {
+  const names = state.preview.value?.labels?.names;
+  if (state.coloring.value === "label" && names) return LABELS[names.indexOf(line.label!) % LABELS.length];
   const kind = "answer" in line && line.answer.status !== "no_fit" ? line.answer.primitive?.kind : undefined;
   return LABELS[kind ? KINDS.indexOf(kind) : LABELS.length - 1];
 }
@@ -62,11 +65,13 @@ function described(line: Line): string {
   return `${what}${error ? `, rms ${plain(error.inlier_rms, 3)} ${receipt.unit ?? ""}` : ""}`;
 }
 
+const MANY: Record<string, string> = { torus: "tori", "no fit": "no fit", refused: "refused" };
+
 function summed(lines: readonly Line[]): string {
   const counts = new Map<string, number>();
   for (const line of lines) {
     const what = "problem" in line ? "refused" : line.answer.status === "no_fit" ? "no fit" : line.answer.primitive!.kind;
     counts.set(what, (counts.get(what) ?? 0) + 1);
   }
-  return [...counts].map(([what, n]) => `${n} ${what}`).join(", ");
+  return [...counts].map(([what, n]) => counted(n, what, MANY[what])).join(", ");
 }

@@ -28,6 +28,11 @@ export function Take() {
         </p>
       )}
       <div class="buttons">
+        {!(given.file instanceof File) && (
+          <button type="button" onClick={() => state.save(given.name, given.file)}>
+            Save the points
+          </button>
+        )}
         <Copy name="curl" text={curl} />
         <Copy name="Python" text={python} />
         <Copy name="link with these options" text={() => location.href} />
@@ -55,10 +60,12 @@ const quoted = (text: string): string => `'${text.replace(/'/g, `'\\''`)}'`;
 /** The key itself stays in the page: the line takes it from the environment. */
 function curl(): string {
   const options = JSON.stringify(state.options.value);
-  const asked = options === "{}" ? "" : ` -F ${quoted(`options=${options}`)}`;
+  const asked = options === "{}" ? "" : ` --form-string ${quoted(`options=${options}`)}`;
   const allowed = key.get() ? ' -H "X-API-Key: $PRIMFIT_KEY"' : "";
   const address = new URL(state.segments.value ? "fit/batch?labels=auto" : "fit", location.href).href;
-  return `curl ${quoted(address)}${allowed} -F ${quoted(`file=@${state.source.value!.name}`)}${asked}`;
+  // In quotes of its own a name may hold what means something to curl.
+  const name = state.source.value!.name.replace(/[\\"]/g, "\\$&");
+  return `curl ${quoted(address)}${allowed} -F ${quoted(`file=@"${name}"`)}${asked}`;
 }
 
 function python(): string {

@@ -261,9 +261,17 @@ export class View {
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.still.resize(this.canvas.width, this.canvas.height);
+    const before = this.controls.getDistanceToFitSphere(FIT_TO_VIEW);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
+    this.keepInView(this.controls.getDistanceToFitSphere(FIT_TO_VIEW) / before);
     this.touch();
+  }
+
+  /** Come closer or go away by a factor, so that as much is seen in a picture of another shape. */
+  private keepInView(factor: number): void {
+    const goal = this.controls.getSpherical(new Spherical(), true).radius;
+    if (factor !== 1) void this.controls.dollyTo(goal * factor, false);
   }
 
   private readonly frame = (now: number): void => {
