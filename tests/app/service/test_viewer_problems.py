@@ -168,15 +168,15 @@ def test_a_full_queue(page: Browser, strict_service: Service) -> None:
 
 def test_too_many_requests(page: Browser, tmp_path: Any) -> None:
     """What the page could not learn then it learns later; and the same service goes away in the end."""
-    with running(tmp_path / "bodies", workers=1, rate_limit="40/5seconds") as service:
+    with running(tmp_path / "bodies", workers=1, rate_limit="40/20seconds") as service:
         visit(page, service.port)
-        while service.client.get("/version").status_code != 429:
+        while (refused := service.client.get("/version")).status_code != 429:
             pass
         drop_file(page, PIPE)
         told = refusal(page)
-        assert service.client.get("/version").json()["title"] in told
+        assert refused.json()["title"] in told
         while page.run(f"return {REFUSED}"):
-            time.sleep(1)  # a fifth of the window
+            time.sleep(4)  # a fifth of the window
             pressed(page, "Try again")
             page.wait_for("document.querySelector('.busy') === null")
         assert answered(page) == "A cylinder"

@@ -119,6 +119,8 @@ function Unrolled() {
     context.lineWidth = 2;
     context.strokeRect(places[2 * chosen] - 6, places[2 * chosen + 1] - 6, 12, 12);
   });
+  /** Who uses the map does not wait for it. */
+  const now = (): Chart | null => (chart.value ??= charting()?.() ?? null);
   const [at, points] = [state.shown.value, state.cloud.value];
   if (!at || !points) return null;
   const [across, up] = unrolledOf(at.primitive, at.extents)!.names;
@@ -132,9 +134,13 @@ function Unrolled() {
         role="img"
         aria-label={`The ${at.primitive.kind} rolled out, its points colored by residual. Arrow keys pick a point.`}
         tabIndex={0}
-        onClick={(event) => chart.value && (picked.value = closest(chart.value.places, event))}
+        onClick={(event) => {
+          const made = now();
+          if (made) picked.value = closest(made.places, event);
+        }}
         onKeyDown={(event) => {
-          const next = chart.value ? neighbor(chart.value.places, picked.value, event.key) : null;
+          const made = event.key in ARROWS ? now() : null;
+          const next = made && neighbor(made.places, picked.value, event.key);
           if (next === null) return;
           picked.value = next;
           event.preventDefault();
@@ -235,9 +241,8 @@ const ARROWS: Record<string, readonly [number, number]> = {
   ArrowDown: [0, 1],
 };
 
-/** The next point in the direction of an arrow, or the one in the middle to begin with; null for other keys. */
+/** The next point in the direction of an arrow, or the one in the middle to begin with; null for none. */
 function neighbor(places: Float64Array, from: number | null, key: string): number | null {
-  if (!(key in ARROWS)) return null;
   const [right, down] = ARROWS[key];
   if (from === null) return least(places, (u, v) => Math.hypot(u - WIDTH / 2, v - HEIGHT / 2));
   return least(places, (u, v) => {
