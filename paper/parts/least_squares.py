@@ -72,7 +72,9 @@ def determined(primitive: Primitive, points: Array) -> bool:
     """Whether points near the origin, with an extent near 1, leave a surface no freedom."""
     numbers = values_of(primitive)
     sizes = [getattr(primitive, name) for name in SIZES if hasattr(primitive, name)]
-    if not np.isfinite(numbers).all() or np.abs(numbers).max() > LARGEST or min(sizes, default=1.0) < SMALLEST:
+    if not np.isfinite(numbers).all() or np.abs(numbers).max() > LARGEST:
+        return False
+    if min(sizes, default=1.0) < SMALLEST:
         return False
     _, jacobian = linearize(primitive, points)
     singular = np.linalg.svd(jacobian / np.linalg.norm(jacobian, axis=0).clip(1e-300), compute_uv=False)
