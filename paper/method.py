@@ -49,8 +49,8 @@ class Method(Protocol):
 
         Notes
         -----
-        Never raises for finite points, however few or degenerate: what cannot be answered is a `Found` without
-        a primitive whose note says why.
+        Never raises for finite points, however few or degenerate: what cannot be answered is a `Found`
+        without a primitive whose note says why.
         """
         ...
 
