@@ -42,7 +42,7 @@ def largest(each: nn.Module, points: torch.Tensor) -> torch.Tensor:
     """Of points (B, N, C) the largest features (B, D)."""
     count, size, _ = points.shape
     features: torch.Tensor = each(points.flatten(0, 1))
-    return features.view(count, size, -1).amax(dim=1)
+    return features.view(count, size, -1).max(dim=1).values
 
 
 class AlignmentNet(nn.Module):

@@ -19,7 +19,7 @@ from .batches import Batch, drawn_batch
 from .clouds import Clouds
 from .stages import Stage
 
-EPOCH = 6_000
+EPOCH = 3_000
 """Clouds of an epoch, drawn from all without repetition; a checkpoint is kept after each."""
 WARM = 0.1
 """Share of the steps in which the learning rate rises; it falls along half a cosine after that."""

@@ -72,20 +72,20 @@ def views(outputs: int, dropout: float) -> dict[str, Any]:
 def classifiers() -> list[Stage]:
     """One each of M3, M4 and M6, three of M5."""
     return [
-        Stage("m4-kind", voxels(len(KINDS), 0.2), epochs=16, points=1024, turned="xyz"),
-        Stage("m3-kind", pointnet(len(KINDS), 0.3), epochs=16),
+        Stage("m4-kind", voxels(len(KINDS), 0.2), epochs=40, points=1024, turned="xyz"),
+        Stage("m3-kind", pointnet(len(KINDS), 0.3), epochs=40),
         *(
             Stage(
                 f"m5-{number}",
                 pointnet(len(KINDS), 0.3, **widths),
-                epochs=8,
+                epochs=24,
                 turned="z",
                 shifted=True,
                 seed=number,
             )
             for number, widths in enumerate(BUNDLE, 1)
         ),
-        Stage("m6-kind", views(len(KINDS), 0.5), epochs=16, points=2048),
+        Stage("m6-kind", views(len(KINDS), 0.5), epochs=60, points=2048),
     ]
 
 
@@ -103,7 +103,7 @@ def regressors() -> list[Stage]:
         Stage(
             f"{method}-{kind}",
             voxels(ROW, 0.0) if method == "m4" else pointnet(ROW, 0.0),
-            epochs=8,
+            epochs=16,
             kind=kind,
             points=1024 if method == "m4" else 512,
             turned="xyz" if method == "m4" else "",
