@@ -1,1 +1,1 @@
-"""What several methods are made of."""
+"""What several of the paper's methods are made of."""
