@@ -11,14 +11,14 @@ START = np.array([0.0, 0.0, 0.0, *Z_AXIS, 1.0])
 
 
 def off_circle(numbers: Array, points: Array) -> Array:
-    """Distances (2 N,) of points from a circle, across its plane and in it: their squares add up to its own."""
+    """Distances (2 N,) of points (N, 3) from a circle, first in its plane, then across it."""
     axis = numbers[3:6] / (np.linalg.norm(numbers[3:6]) + TINY)
     _, rho, height = around_axis(points, numbers[:3], axis)
     return np.concatenate([rho - numbers[6], height])
 
 
 def torus_about_circle(points: Array) -> Torus | None:
-    """The torus whose tube has the mean distance of the points (N, 3) from their circle; None for no points."""
+    """The torus whose tube has the mean distance of the points (N, 3) from their circle."""
     if len(points) < 3:
         return None
     numbers = least_squares(off_circle, START, args=(points,), x_scale="jac").x

@@ -20,7 +20,7 @@ SPREAD = np.radians(8.0)
 
 
 def hough_normals(points: Array, at: Array, rng: np.random.Generator) -> tuple[Oriented, Array]:
-    """Points `at` (M, 3) of a cloud (N, 3) with the most voted normals, and their shares (M,) of the votes."""
+    """Points `at` (M, 3) of a cloud (N, 3) with the most voted normals, and the shares (M,) of the votes."""
     near = points[cKDTree(points).query(at, min(NEIGHBOURS, len(points)))[1].reshape(len(at), -1)]
     corners = near[:, random_subsets(near.shape[1], 3, TRIPLES, rng)]
     across = cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])

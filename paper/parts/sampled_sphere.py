@@ -32,7 +32,7 @@ def chosen(n: int, rng: np.random.Generator) -> Array:
 
 
 def algebraic_spheres(points: Array, samples: Array) -> tuple[Array, Array]:
-    """Centers (K, 3) and radii (K,) by least squares on each of K samples (K, N) of points near the origin."""
+    """Centers (K, 3) and radii (K,) by least squares on K samples (K, N) of points near the origin."""
     columns = np.column_stack([2.0 * points, np.ones(len(points))])
     target = np.einsum("ij,ij->i", points, points)
     products = np.einsum("ni,nj->nij", columns, columns).reshape(len(points), -1)

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from primfit.fitting.geometry.vectors import Array, around_axis, basis
+from primfit.fitting.geometry.vectors import Array, around_axis
 from primfit.fitting.guesses.oriented import Oriented
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.cylinder import Cylinder

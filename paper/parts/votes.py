@@ -72,7 +72,7 @@ def voted_axis(normals: Array, weights: Array, low: float, high: float) -> tuple
 def lean_votes(
     directions: Array, normals: Array, weights: Array, low: float, high: float, cells: int
 ) -> tuple[Array, Array]:
-    """Votes (K, cells) of normals for their cosines with K directions, smoothed, and the edges of the cells."""
+    """Votes (K, cells) of normals for their cosines with K directions, smoothed, and the cells' edges."""
     leans = np.abs(directions @ normals.T)
     place = np.floor((leans - low) / (high - low) * cells)
     inside = (place >= 0) & (place < cells)
