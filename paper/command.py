@@ -18,7 +18,7 @@ from primfit.fitting.answer.result import Recognition
 from primfit.models.weights import WeightsMismatchError
 
 from .answer import receipt, recognition
-from .method import DIRECTORY, Method, load
+from .method import Method, load
 
 
 class CannotRunError(RuntimeError):
@@ -38,15 +38,12 @@ def paper(name: str, files: Sequence[str], options: Mapping[str, Any], as_json: 
 
 def loaded(name: str) -> Method:
     """The method, ready to be asked."""
-    if not DIRECTORY.is_dir():
-        raise CannotRunError(
-            "the paper's methods are not part of an installed primfit: they want a checkout, installed by "
-            "'pip install --editable .'"
-        )
     try:
         return load(name)
     except ImportError as error:
-        raise CannotRunError(f"{name} needs the extra 'train': pip install torch ({error})") from None
+        raise CannotRunError(
+            f"{error}; the extra 'train' has it: pip install --editable '.[train]'"
+        ) from None
     except WeightsMismatchError as error:
         raise CannotRunError(f"{error}; 'make weights-paper' trains them") from None
 

@@ -60,9 +60,19 @@ def paper(
     """
     options = of.checked(context.params)
     try:
-        status = _installed("paper")(method, files, options, as_json)
-    except (ImportError, RuntimeError) as error:
+        command = _installed("paper")
+    except ModuleNotFoundError:
+        complain(
+            "paper", "the wheel leaves these methods out: they want a checkout, 'pip install --editable .'"
+        )
+        raise typer.Exit(BAD_INPUT) from None
+    except ImportError as error:
         complain("paper", str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    try:
+        status = command(method, files, options, as_json)
+    except RuntimeError as error:
+        complain(method, str(error))
         raise typer.Exit(BAD_INPUT) from None
     raise typer.Exit(status)
 
