@@ -15,12 +15,14 @@ Chosen
     measured on clouds of another seed instead of the last 20 %.
 """
 
+from pathlib import Path
+
 from primfit.fitting.geometry.vectors import Array
 from primfit.models.rough import KINDS
 
 from .method import Found
-from .parts.asking import probabilities, ranked, regressed, seen
-from .parts.stored import restored
+from .parts.asking import UNSEEN, probabilities, ranked, regressed, seen
+from .parts.stored import DIRECTORY, restored
 
 POINTS = 512
 
@@ -32,15 +34,15 @@ class RegressedByPointNet:
     title = "M3: PointNet"
     settings = f"Networks of paper/weights/m3-*; they see {POINTS} points in the unit sphere."
 
-    def __init__(self) -> None:
-        self.kinds = restored("m3-kind")
-        self.regressors = {kind: restored(f"m3-{kind}") for kind in KINDS}
+    def __init__(self, directory: Path = DIRECTORY) -> None:
+        self.kinds = restored("m3-kind", directory)
+        self.regressors = {kind: restored(f"m3-{kind}", directory) for kind in KINDS}
 
     def fit(self, points: Array) -> Found:
         """The most probable kind with the parameters that its network says."""
         cloud = seen(points)
         if cloud is None:
-            return Found(None, "there are no points")
+            return Found(None, UNSEEN)
         shown = cloud.shown(POINTS)
         chances = probabilities(self.kinds, shown)
         kind = ranked(chances)[0]

@@ -19,6 +19,8 @@ Chosen
     is answered. Least squares sees all points.
 """
 
+from pathlib import Path
+
 import numpy as np
 
 from primfit.fitting.geometry.vectors import Array
@@ -26,9 +28,9 @@ from primfit.fitting.primitives.primitive import Primitive
 from primfit.models.rough import KINDS
 
 from .method import Found
-from .parts.asking import Seen, probabilities, ranked, regressed, seen
+from .parts.asking import UNSEEN, Seen, probabilities, ranked, regressed, seen
 from .parts.least_squares import least_squares
-from .parts.stored import restored
+from .parts.stored import DIRECTORY, restored
 
 POINTS = 1024
 THRESHOLD = 0.15
@@ -45,15 +47,15 @@ class ShapeNets:
         f"Another kind is tried beyond a mean distance of {THRESHOLD} radii of that sphere."
     )
 
-    def __init__(self) -> None:
-        self.kinds = restored("m4-kind")
-        self.regressors = {kind: restored(f"m4-{kind}") for kind in KINDS}
+    def __init__(self, directory: Path = DIRECTORY) -> None:
+        self.kinds = restored("m4-kind", directory)
+        self.regressors = {kind: restored(f"m4-{kind}", directory) for kind in KINDS}
 
     def fit(self, points: Array) -> Found:
         """The most probable kind that is near enough to the points."""
         cloud = seen(points)
         if cloud is None:
-            return Found(None, "there are no points")
+            return Found(None, UNSEEN)
         chances = probabilities(self.kinds, cloud.shown(POINTS))
         tried: list[tuple[Primitive, str]] = []
         for kind in ranked(chances):

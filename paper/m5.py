@@ -17,6 +17,7 @@ Chosen
 """
 
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 
@@ -26,10 +27,10 @@ from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.primitive import Primitive
 
 from .method import Found
-from .parts.asking import Probabilities, probabilities, ranked, seen
+from .parts.asking import UNSEEN, Probabilities, probabilities, ranked, seen
 from .parts.least_squares import least_squares
 from .parts.numbers import LEAST
-from .parts.stored import restored
+from .parts.stored import DIRECTORY, restored
 
 POINTS = 512
 BUNDLE = 3
@@ -44,14 +45,14 @@ class PointNetBundle:
     title = "M5: PointNet bundle and least squares"
     settings = f"Networks of paper/weights/m5-*; they see {POINTS} points in the unit sphere."
 
-    def __init__(self) -> None:
-        self.networks = [restored(f"m5-{number}") for number in range(1, BUNDLE + 1)]
+    def __init__(self, directory: Path = DIRECTORY) -> None:
+        self.networks = [restored(f"m5-{number}", directory) for number in range(1, BUNDLE + 1)]
 
     def fit(self, points: Array) -> Found:
         """The kind that most networks name, fitted."""
         cloud = seen(points)
         if cloud is None:
-            return Found(None, "there are no points")
+            return Found(None, UNSEEN)
         shown = cloud.shown(POINTS)
         votes = [probabilities(network, shown) for network in self.networks]
         chances = mean(votes)

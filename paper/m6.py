@@ -14,12 +14,14 @@ Chosen
     clouds are mirrored along principal axes. Least squares starts from closed forms (`parts.least_squares`).
 """
 
+from pathlib import Path
+
 from primfit.fitting.geometry.vectors import Array
 
 from .method import Found
-from .parts.asking import probabilities, ranked, seen
+from .parts.asking import UNSEEN, probabilities, ranked, seen
 from .parts.least_squares import least_squares
-from .parts.stored import restored
+from .parts.stored import DIRECTORY, restored
 from .parts.views import principal_views
 
 POINTS = 2048
@@ -32,14 +34,14 @@ class AlexNetIso:
     title = "M6: AlexNet and ISO reconstruction standards"
     settings = f"The network of paper/weights/m6-kind; its images show {POINTS} points in the unit sphere."
 
-    def __init__(self) -> None:
-        self.network = restored("m6-kind")
+    def __init__(self, directory: Path = DIRECTORY) -> None:
+        self.network = restored("m6-kind", directory)
 
     def fit(self, points: Array) -> Found:
         """The most probable kind, fitted."""
         cloud = seen(points)
         if cloud is None:
-            return Found(None, "there are no points")
+            return Found(None, UNSEEN)
         chances = probabilities(self.network, principal_views(cloud.shown(POINTS)))
         kind = ranked(chances)[0]
         primitive = cloud.restored(least_squares(kind, cloud.points))

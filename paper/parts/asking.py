@@ -19,6 +19,10 @@ Probabilities = tuple[tuple[str, float], ...]
 
 SEED = 0
 """Which points are drawn of a cloud depends on nothing else."""
+LARGEST = 1e150
+"""Of coordinates."""
+UNSEEN = f"there are no points, or coordinates over {LARGEST:g}"
+"""Why there is no answer where `seen` gives none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +47,8 @@ class Seen:
 
 
 def seen(points: Array) -> Seen | None:
-    """Points (N, 3) in their unit sphere; None where there are none."""
-    if not len(points):
+    """Points (N, 3) in their unit sphere; None where there are none, or their squares are no numbers."""
+    if not len(points) or np.abs(points).max() > LARGEST:
         return None
     with np.errstate(all="ignore"):
         frame = unit_sphere(points)

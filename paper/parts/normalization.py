@@ -12,11 +12,11 @@ from primfit.fitting.geometry.vectors import Array
 def unit_sphere(points: Array) -> Frame:
     """The frame about the centroid of points (N, 3) in which the farthest of them has the norm 1.
 
-    Where all points are one, or they are so close that this cannot be told, the scale is 1.
+    Where all points are one, or the norm is no number, the scale is that of `Frame.of`.
     """
     frame = Frame.of(points)
-    reach = float(np.linalg.norm(frame.normalize(points), axis=1).max())
-    return Frame(frame.center, frame.scale * reach if reach > 0.0 else 1.0)
+    scale = frame.scale * float(np.linalg.norm(frame.normalize(points), axis=1).max())
+    return Frame(frame.center, scale if 0.0 < scale < np.inf else frame.scale)
 
 
 def resampled(points: Array, count: int, rng: np.random.Generator) -> Array:

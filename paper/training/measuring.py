@@ -61,7 +61,8 @@ def l2(kind: str, found: Rows, truth: Rows, scales: NDArray[np.float64]) -> NDAr
     for place, name in enumerate(sizes, 6):
         squared += np.square(found - truth)[:, place] * (1.0 if name == "half_angle" else scales**2)
     if direction is not None:
-        lengths = np.linalg.norm(found[:, DIRECTION], axis=1)
-        cosines = np.abs((found * truth)[:, DIRECTION].sum(axis=1)) / np.maximum(lengths, 1e-300)
-        squared += 2.0 * (1.0 - np.minimum(cosines, 1.0))
+        lengths = np.linalg.norm(found[:, DIRECTION], axis=1, keepdims=True)
+        units = found[:, DIRECTION] / np.maximum(lengths, 1e-300)
+        apart = [np.square(units - sign * truth[:, DIRECTION]).sum(axis=1) for sign in (1.0, -1.0)]
+        squared += np.minimum(*apart)
     return np.sqrt(squared)
