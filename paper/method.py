@@ -2,10 +2,14 @@
 
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import Protocol
 
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.primitive import Primitive
+
+DIRECTORY = Path(__file__).with_name("weights")
+"""Where weights are, in a checkout."""
 
 
 @dataclass(frozen=True)

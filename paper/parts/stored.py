@@ -10,11 +10,10 @@ from torch import nn
 
 from primfit.models.weights import load
 
+from ..method import DIRECTORY
 from .pointnet import PointNet, Widths
 from .views import AlexNet
 from .voxels import VoxelNet
-
-DIRECTORY = Path(__file__).parents[1] / "weights"
 
 
 def arrays_of(network: nn.Module) -> dict[str, NDArray[Any]]:
