@@ -20,7 +20,8 @@ import torch
 
 from primfit.models.weights import WeightsMismatchError, load, save
 
-from ..parts.stored import DIRECTORY, arrays_of, built, filled
+from ..method import DIRECTORY
+from ..parts.stored import arrays_of, built, filled
 from .clouds import Clouds, clouds
 from .learning import EPOCH, learned
 from .measuring import measured
