@@ -85,7 +85,7 @@ def classifiers() -> list[Stage]:
             )
             for number, widths in enumerate(BUNDLE, 1)
         ),
-        Stage("m6-kind", views(len(KINDS), 0.5), epochs=80, points=2048, batch=32),
+        Stage("m6-kind", views(len(KINDS), 0.5), epochs=60, points=2048, batch=32),
     ]
 
 
