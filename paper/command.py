@@ -41,9 +41,7 @@ def loaded(name: str) -> Method:
     try:
         return load(name)
     except ImportError as error:
-        raise CannotRunError(
-            f"{error}; the extra 'train' has it: pip install --editable '.[train]'"
-        ) from None
+        raise CannotRunError(f"{name}: {error}; pip install --editable '.[train]' brings it") from None
     except WeightsMismatchError as error:
         raise CannotRunError(f"{error}; 'make weights-paper' trains them") from None
 

@@ -24,6 +24,7 @@ Chosen
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from primfit.fitting.geometry.vectors import Array, principal
 from primfit.fitting.primitives.plane import Plane
@@ -92,7 +93,7 @@ class LocalHistograms:
         return "cylinder" if straight[CYLINDER] >= straight[CONE] else "cone"
 
 
-def chosen(*kinds: int) -> Array:
+def chosen(*kinds: int) -> NDArray[np.bool_]:
     """For each kind whether it is one of these."""
     return np.isin(np.arange(len(KINDS)), kinds)
 

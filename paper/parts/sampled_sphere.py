@@ -9,6 +9,8 @@ import numpy as np
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.sphere import Sphere
 
+FEWEST = 4
+"""Points that a sphere takes."""
 SAMPLES = 100
 SHARE = 0.3
 """Of the points, in each sample."""
@@ -17,17 +19,20 @@ FAR = 0.05
 
 
 def sampled_sphere(points: Array, rng: np.random.Generator) -> Sphere | None:
-    """The sphere with the most inliers; None where no sample has one."""
+    """The sphere with the most inliers; None where four points are missing, or no sphere has any."""
+    if len(points) < FEWEST:
+        return None
     centers, radii = algebraic_spheres(points, chosen(len(points), rng))
     distances = np.array([np.linalg.norm(points - center, axis=1) for center in centers])
     inliers = (np.abs(distances - radii[:, None]) <= FAR * radii[:, None]).sum(axis=1)
     best = int(np.argmax(inliers))
-    return Sphere(centers[best], radii[best]) if inliers[best] and np.isfinite(radii[best]) else None
+    usable = inliers[best] and 0.0 < radii[best] < np.inf
+    return Sphere(centers[best], radii[best]) if usable else None
 
 
 def chosen(n: int, rng: np.random.Generator) -> Array:
-    """Samples (SAMPLES, n) of a share of n points, at least the four that a sphere takes: 1 where chosen."""
-    size = min(n, max(4, round(SHARE * n)))
+    """Samples (SAMPLES, n) of a share of n points: 1 where one is chosen."""
+    size = max(FEWEST, round(SHARE * n))
     return (rng.random((SAMPLES, n)).argsort(axis=1) < size).astype(float)
 
 

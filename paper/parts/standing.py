@@ -7,6 +7,7 @@ Where that is follows from the normals and from closed-form fits about few direc
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from operator import itemgetter
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
 from primfit.fitting.solver.refine import distances
 
-from .votes import ZOOMS, around, peak, voted_axis
+from .votes import ZOOMS, around, peak, voted_axis, voted_normal
 
 WIDEST = 8.0
 """Largest radius, in root mean square distances from the centroid: beyond it a cloud is flat."""
@@ -33,6 +34,8 @@ ALONG = 0.15
 """Cosine below which a normal may be one of a cylinder."""
 NEAR = 0.02
 """Width of the kernel under which points vote for a surface."""
+TILT = 0.03
+"""Width of the first grid of normals about the voted one [rad]."""
 SHIFTS = np.linspace(-0.2, 0.2, 9)
 """Changes of the major radius of a torus, as a share of it, that are voted on."""
 
@@ -56,16 +59,21 @@ class Seen:
 
     def votes(self, surface: Primitive) -> float:
         """Of the points for a surface."""
-        return float(np.exp(-0.5 * (distances(surface, self.points) / NEAR) ** 2).sum())
+        return votes(distances(surface, self.points))
 
     def most_voted(self, surfaces: Iterator[Primitive]) -> Primitive | None:
         finite = [surface for surface in surfaces if np.isfinite(surface.row()).all()]
         return max(finite, key=self.votes, default=None)
 
 
+def votes(distance: Array) -> float:
+    """Of points at these distances (N,) from a surface: each has one, spread by a Gaussian kernel."""
+    return float(np.exp(-0.5 * (distance / NEAR) ** 2).sum())
+
+
 def planes(seen: Seen) -> Iterator[Primitive]:
     """Planes by their offset along the voted normal, and its neighbors on an ever finer grid."""
-    normal, width = voted_axis(seen.oriented.normals, seen.weights, 0.95, 1.0)[0], 0.06
+    normal, width = voted_normal(seen.oriented.normals, seen.weights), TILT
     for _ in range(ZOOMS):
         normals = around(normal, width)
         heights = seen.points @ normals.T
@@ -73,7 +81,7 @@ def planes(seen: Seen) -> Iterator[Primitive]:
         surfaces = [Plane(each, offset * each) for each, offset in zip(normals, found, strict=True)]
         best = max(surfaces, key=seen.votes)
         yield best
-        normal, width = best.normal, width / 4.0
+        normal, width = best.normal, width / 3.0
 
 
 def spheres(seen: Seen) -> Iterator[Primitive]:
@@ -108,11 +116,20 @@ def tori(seen: Seen) -> Iterator[Primitive]:
         if not np.isfinite(row).all() or row[7] > WIDEST:
             continue
         _, rho, height = around_axis(seen.points, row[3:6], row[:3])
-        majors = row[7] * (1.0 + SHIFTS)
-        tubes = [peak(np.hypot(rho - major, height), NARROWEST, major) for major in majors]
-        best = int(np.argmax([count for _, count in tubes]))
-        if tubes[best][1] and majors[best] < SLIM * tubes[best][0]:
-            yield Torus(row[3:6], row[:3], majors[best], tubes[best][0])
+        major, minor = float(row[7]), np.nan
+        for shifts in (SHIFTS, SHIFTS / len(SHIFTS)):
+            tubes = [tube(rho, height, each) for each in major * (1.0 + shifts)]
+            major, minor, _ = max(tubes, key=itemgetter(2))
+        if major < SLIM * minor:
+            yield Torus(row[3:6], row[:3], major, minor)
+
+
+def tube(rho: Array, height: Array, major: float) -> tuple[float, float, float]:
+    """A major radius with the minor one that most points vote for, and their votes, by distances from the
+    axis (N,) and heights (N,)."""
+    away = np.hypot(rho - major, height)
+    minor, _ = peak(away, NARROWEST, major)
+    return major, minor, votes(away - minor) if np.isfinite(minor) else 0.0
 
 
 STANDING: dict[str, Callable[[Seen], Iterator[Primitive]]] = {

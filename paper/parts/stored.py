@@ -10,7 +10,7 @@ from torch import nn
 
 from primfit.models.weights import load
 
-from ..method import DIRECTORY
+from ..method import DIRECTORY as DIRECTORY
 from .pointnet import PointNet, Widths
 from .views import AlexNet
 from .voxels import VoxelNet

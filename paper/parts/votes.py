@@ -54,6 +54,18 @@ def around(direction: Array, width: float) -> Array:
     return grid / np.linalg.norm(grid, axis=1, keepdims=True)
 
 
+def voted_normal(normals: Array, weights: Array) -> Array:
+    """The direction (3,) that most normals (N, 3) point along, either way; votes are spread as far as the
+    directions are apart."""
+    directions, width = half_sphere(DIRECTIONS), APART
+    best = directions[0]
+    for _ in range(ZOOMS + 1):
+        sines = 1.0 - (directions @ normals.T) ** 2
+        best = directions[np.argmax(np.exp(-0.5 * sines / width**2) @ weights)]
+        directions, width = around(best, width), width / 3.0
+    return best
+
+
 def voted_axis(normals: Array, weights: Array, low: float, high: float) -> tuple[Array, float]:
     """The direction (3,) that most normals (N, 3) have one angle with, and the cosine of that.
 

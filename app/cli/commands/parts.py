@@ -9,6 +9,8 @@ import typer
 from .. import options as of
 from ..status import BAD_INPUT, complain
 
+NOT_IN_WHEEL = "the wheel leaves these methods out: they want a checkout, by 'pip install --editable .'"
+
 
 def synth(
     recipe: Annotated[
@@ -60,19 +62,12 @@ def paper(
     """
     options = of.checked(context.params)
     try:
-        command = _installed("paper")
+        status = _installed("paper")(method, files, options, as_json)
     except ModuleNotFoundError:
-        complain(
-            "paper", "the wheel leaves these methods out: they want a checkout, 'pip install --editable .'"
-        )
+        complain("paper", NOT_IN_WHEEL)
         raise typer.Exit(BAD_INPUT) from None
-    except ImportError as error:
+    except (ImportError, RuntimeError) as error:
         complain("paper", str(error))
-        raise typer.Exit(BAD_INPUT) from None
-    try:
-        status = command(method, files, options, as_json)
-    except RuntimeError as error:
-        complain(method, str(error))
         raise typer.Exit(BAD_INPUT) from None
     raise typer.Exit(status)
 
