@@ -20,9 +20,9 @@ from pathlib import Path
 from primfit.fitting.geometry.vectors import Array
 from primfit.models.rough import KINDS
 
-from .method import Found
+from .method import DIRECTORY, Found
 from .parts.asking import UNSEEN, probabilities, ranked, regressed, seen
-from .parts.stored import DIRECTORY, restored
+from .parts.stored import restored
 
 POINTS = 512
 

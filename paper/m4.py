@@ -27,10 +27,10 @@ from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.models.rough import KINDS
 
-from .method import Found
+from .method import DIRECTORY, Found
 from .parts.asking import UNSEEN, Seen, probabilities, ranked, regressed, seen
 from .parts.least_squares import least_squares
-from .parts.stored import DIRECTORY, restored
+from .parts.stored import restored
 
 POINTS = 1024
 THRESHOLD = 0.15

@@ -26,11 +26,11 @@ from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.primitive import Primitive
 
-from .method import Found
+from .method import DIRECTORY, Found
 from .parts.asking import UNSEEN, Probabilities, probabilities, ranked, seen
 from .parts.least_squares import least_squares
 from .parts.numbers import LEAST
-from .parts.stored import DIRECTORY, restored
+from .parts.stored import restored
 
 POINTS = 512
 BUNDLE = 3

@@ -18,10 +18,10 @@ from pathlib import Path
 
 from primfit.fitting.geometry.vectors import Array
 
-from .method import Found
+from .method import DIRECTORY, Found
 from .parts.asking import UNSEEN, probabilities, ranked, seen
 from .parts.least_squares import least_squares
-from .parts.stored import DIRECTORY, restored
+from .parts.stored import restored
 from .parts.views import principal_views
 
 POINTS = 2048

@@ -18,23 +18,21 @@ from torch.nn import functional
 
 from .numbers import DIRECTION, LAYOUT, POSITION
 
-Tensor = torch.Tensor
-
 SIGNED = ("cone",)
 """Kinds whose axis points one way only."""
 
 
-def scalar_loss(found: Tensor, truth: Tensor) -> Tensor:
+def scalar_loss(found: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
     """Mean squared error."""
     return (found - truth).square().mean()
 
 
-def point_loss(found: Tensor, truth: Tensor) -> Tensor:
+def point_loss(found: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
     """Mean distance between points (B, 3)."""
     return (found - truth).norm(dim=1).mean()
 
 
-def vector_loss(found: Tensor, truth: Tensor, signed: bool) -> Tensor:
+def vector_loss(found: torch.Tensor, truth: torch.Tensor, signed: bool) -> torch.Tensor:
     """M3:  1 - cos^8 + |v_G - v_O|^2  between vectors (B, 3)."""
     cosine = functional.cosine_similarity(found, truth, dim=1)
     if not signed:
@@ -42,25 +40,25 @@ def vector_loss(found: Tensor, truth: Tensor, signed: bool) -> Tensor:
     return (1.0 - cosine**8 + (found - truth).square().sum(dim=1)).mean()
 
 
-def axis_loss(found: Tensor, truth: Tensor) -> Tensor:
+def axis_loss(found: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
     """M4:  1 - cos^2  between vectors (B, 3)."""
     return (1.0 - functional.cosine_similarity(found, truth, dim=1).square()).mean()
 
 
-def point_to_axis_loss(found: Tensor, position: Tensor, direction: Tensor) -> Tensor:
+def point_to_axis_loss(found: torch.Tensor, position: torch.Tensor, direction: torch.Tensor) -> torch.Tensor:
     """M4: mean distance of points (B, 3) to axes through positions along unit directions."""
     offset = found - position
     along = (offset * direction).sum(dim=1, keepdim=True) * direction
     return (offset - along).norm(dim=1).mean()
 
 
-def sizes_loss(kind: str, found: Tensor, truth: Tensor) -> Tensor:
+def sizes_loss(kind: str, found: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
     """The sum of the scalar losses of radii and angles."""
     count = len(LAYOUT[kind][2])
     return sum((scalar_loss(found[:, 6 + k], truth[:, 6 + k]) for k in range(count)), torch.zeros(()))
 
 
-def m3_loss(kind: str, found: Tensor, truth: Tensor) -> Tensor:
+def m3_loss(kind: str, found: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
     """Position by the point loss, direction by the vector loss, sizes by the scalar loss."""
     loss = point_loss(found[:, POSITION], truth[:, POSITION]) + sizes_loss(kind, found, truth)
     if LAYOUT[kind][0] is None:
@@ -68,7 +66,7 @@ def m3_loss(kind: str, found: Tensor, truth: Tensor) -> Tensor:
     return loss + vector_loss(found[:, DIRECTION], truth[:, DIRECTION], kind in SIGNED)
 
 
-def m4_loss(kind: str, found: Tensor, truth: Tensor) -> Tensor:
+def m4_loss(kind: str, found: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
     """Position by a loss of points or axes, direction by that of axes, sizes by that of scalars."""
     if kind == "cylinder":
         position = point_to_axis_loss(found[:, POSITION], truth[:, POSITION], truth[:, DIRECTION])

@@ -7,12 +7,13 @@ off. They learn from clouds of the seed and are measured on clouds of the seed +
 """
 
 import argparse
+import signal
 import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,8 @@ import torch
 
 from primfit.models.weights import WeightsMismatchError, load, save
 
-from ..parts.stored import DIRECTORY, arrays_of, built, filled
+from ..method import DIRECTORY
+from ..parts.stored import arrays_of, built, filled
 from .clouds import Clouds, clouds
 from .learning import EPOCH, learned
 from .measuring import measured
@@ -112,6 +114,13 @@ def train(run: Run, chosen: list[Stage], processes: int) -> None:
             print(f"{begun[done].name}: {done.result()['benchmark']}", flush=True)
 
 
+def stop(*_: object) -> None:
+    """When this process is told to end, those that it began do so, too."""
+    for child in active_children():
+        child.terminate()
+    sys.exit("told to end; the same command goes on from the last checkpoints")
+
+
 def options() -> argparse.ArgumentParser:
     """The options of the command."""
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
@@ -133,6 +142,7 @@ def main(arguments: list[str] | None = None) -> None:
     if unknown := set(given.only or ()) - set(known):
         parser.error(f"--only: {', '.join(sorted(unknown))}; there are {', '.join(known)}")
     chosen = [known[name] for name in given.only or known]
+    signal.signal(signal.SIGTERM, stop)
     run = Run(given.seed, given.clouds, given.validation, given.out, given.cache)
     if given.quick:
         if run.out == DIRECTORY:

@@ -35,7 +35,7 @@ class Stage:
     turned: str = ""
     shifted: bool = False
     rate: float = 2e-3
-    batch: int = 32
+    batch: int = 16
     seed: int = 0
 
     @property
@@ -72,7 +72,7 @@ def views(outputs: int, dropout: float) -> dict[str, Any]:
 def classifiers() -> list[Stage]:
     """One each of M3, M4 and M6, three of M5."""
     return [
-        Stage("m4-kind", voxels(len(KINDS), 0.2), epochs=40, points=1024, turned="xyz"),
+        Stage("m4-kind", voxels(len(KINDS), 0.2), epochs=70, points=1024, turned="xyz"),
         Stage("m3-kind", pointnet(len(KINDS), 0.3), epochs=40),
         *(
             Stage(
@@ -85,7 +85,7 @@ def classifiers() -> list[Stage]:
             )
             for number, widths in enumerate(BUNDLE, 1)
         ),
-        Stage("m6-kind", views(len(KINDS), 0.5), epochs=60, points=2048),
+        Stage("m6-kind", views(len(KINDS), 0.5), epochs=60, points=2048, batch=32),
     ]
 
 

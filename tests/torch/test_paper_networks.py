@@ -105,18 +105,22 @@ def dense(features: torch.Tensor, grid: Grid) -> torch.Tensor:
 def test_a_convolution_of_occupied_cells_is_one_of_the_whole_grid(stride: int) -> None:
     torch.manual_seed(2)
     grid, means = voxelized(cloud())
-    out = grid if stride == 1 else grid.coarser()
+    out = None if stride == 1 else grid.coarser()[0]
     layer = Convolution(3, 4)
     layer.after = torch.nn.Identity()
     means.requires_grad_()
-    found = layer(means, grid.neighbors(None if stride == 1 else out))
-    kernel = layer.linear.weight.view(4, 27, 3).permute(0, 2, 1).reshape(4, 3, 3, 3, 3)
+    found = layer(means, grid.pairs(out))
+    kernel = layer.weights.permute(2, 1, 0).reshape(4, 3, 3, 3, 3)
     whole = functional.conv3d(dense(means, grid), kernel, stride=stride, padding=1)
-    places = tuple(out.cells.T)
+    places = tuple((out or grid).cells.T)
     expected = whole.permute(0, 2, 3, 4, 1)[places]
     torch.testing.assert_close(found, expected, atol=1e-5, rtol=1e-4)
-    gradients = [torch.autograd.grad(each.square().sum(), means)[0] for each in (found, expected)]
-    torch.testing.assert_close(*gradients, atol=1e-4, rtol=1e-3)
+    slopes = [gradients(each, means, layer.weights) for each in (found, expected)]
+    torch.testing.assert_close(*slopes, atol=1e-4, rtol=1e-3)
+
+
+def gradients(result: torch.Tensor, *of: torch.Tensor) -> tuple[torch.Tensor, ...]:
+    return torch.autograd.grad(result.square().sum(), of, retain_graph=True)
 
 
 def test_cells_hold_the_mean_of_their_points_and_are_found_again() -> None:
@@ -126,11 +130,9 @@ def test_cells_hold_the_mean_of_their_points_and_are_found_again() -> None:
         number, *place = grid.cells[row].tolist()
         inside = ((points[number] + 1.0) / voxels.CELL).floor() == torch.tensor(place)
         torch.testing.assert_close(means[row], points[number][inside.all(dim=1)].mean(dim=0))
-    assert torch.equal(grid.rows(grid.cells), torch.arange(len(means)))
-    coarse = grid.coarser()
-    torch.testing.assert_close(
-        voxels.projected(coarse.cells.float(), coarse, grid)[:, 1:], (grid.cells[:, 1:] // 2).float()
-    )
+    assert torch.equal(grid.neighbors()[:, 13], torch.arange(len(means)))
+    grids, parents = voxels.pyramid(grid, 2)
+    assert torch.equal(grids[2].cells[parents[1]][:, 1:], grid.cells[:, 1:] // 4)
 
 
 def test_pooling_is_by_cloud() -> None:

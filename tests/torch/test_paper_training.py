@@ -18,8 +18,9 @@ from primfit.paper.m3 import RegressedByPointNet
 from primfit.paper.m4 import ShapeNets
 from primfit.paper.m5 import PointNetBundle, cone_by_tangents
 from primfit.paper.m6 import AlexNetIso
+from primfit.paper.method import DIRECTORY
 from primfit.paper.parts.asking import numbers, seen
-from primfit.paper.parts.stored import DIRECTORY, arrays_of, built, restored
+from primfit.paper.parts.stored import arrays_of, built, restored
 from primfit.paper.training import running
 from primfit.paper.training.clouds import Clouds, clouds
 from primfit.paper.training.learning import learned
