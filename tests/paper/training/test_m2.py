@@ -16,6 +16,10 @@ FEW = 60
 def test_two_builds_agree_and_answer(tmp_path, monkeypatch):
     first, second = (build(SEED, FEW, tmp_path / name, processes) for name, processes in (("a", 1), ("b", 2)))
     assert first == second
+    written = (tmp_path / "a" / "m2.npz").stat().st_mtime_ns
+    assert build(SEED, FEW, tmp_path / "a") == first
+    assert (tmp_path / "a" / "m2.npz").stat().st_mtime_ns == written
+    assert build(SEED, FEW // 2, tmp_path / "b").sha256 != first.sha256
     monkeypatch.setattr(m2, "DIRECTORY", tmp_path / "a")
     assert m2.LocalHistograms().fit(sample(EXAMPLES["plane"], 500)).primitive.kind == "plane"
 
