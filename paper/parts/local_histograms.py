@@ -56,10 +56,10 @@ def peaked(stored: NDArray[np.uint8]) -> Rows:
 
     Of the shares the roots are compared: their squared distance is that of Hellinger, twice.
     """
-    shares = (stored.astype(np.float32) / LEVELS).reshape(CELLS, CELLS) ** 2
+    shares = shares_of(stored).reshape(CELLS, CELLS)
     return np.sqrt(recentred(shares)).reshape(-1, CELLS**2).astype(np.float32)
 
 
 def shares_of(stored: NDArray[np.uint8]) -> Rows:
     """Shares (..., D) of surflet pairs, which are compared as they are."""
-    return (stored.astype(np.float32) / LEVELS) ** 2
+    return np.square(stored / np.float32(LEVELS))

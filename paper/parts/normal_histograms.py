@@ -4,7 +4,10 @@ A normal in spherical coordinates falls in one of 25 x 25 cells of zenith and az
 "Histogram of oriented normal vectors for object recognition with a depth sensor", ACCV 2012, section 3.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from primfit.fitting.geometry.vectors import Array
 
@@ -26,7 +29,7 @@ def histogram(normals: Array) -> Array:
     return counts.reshape(CELLS, CELLS) / max(len(both), 1)
 
 
-def recentred(shares: Array) -> Array:
+def recentred(shares: NDArray[Any]) -> NDArray[Any]:
     """The histogram (CELLS, CELLS) once for each peak, (P, CELLS, CELLS), which then is in the middle."""
     peaks = np.argwhere((shares >= PEAK * shares.max()) & (shares > 0.0))
     return np.array([np.roll(shares, CELLS // 2 - peak, axis=(0, 1)) for peak in peaks]).reshape(
