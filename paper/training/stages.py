@@ -73,12 +73,12 @@ def classifiers() -> list[Stage]:
     """One each of M3, M4 and M6, three of M5."""
     return [
         Stage("m4-kind", voxels(len(KINDS), 0.2), epochs=70, points=1024, turned="xyz"),
-        Stage("m3-kind", pointnet(len(KINDS), 0.3), epochs=40),
+        Stage("m3-kind", pointnet(len(KINDS), 0.3), epochs=54),
         *(
             Stage(
                 f"m5-{number}",
                 pointnet(len(KINDS), 0.3, **widths),
-                epochs=24,
+                epochs=40,
                 turned="z",
                 shifted=True,
                 seed=number,

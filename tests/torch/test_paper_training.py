@@ -84,6 +84,29 @@ def test_a_finished_network_is_written_with_its_card_and_not_trained_again(tmp_p
         assert len({(run.out / f"{stage.name}.{suffix}").read_bytes() for run in runs}) == 1
 
 
+def test_a_quick_run_trains_what_is_not_finished(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    given = ["--quick", "--only", "m6-kind", "m4-sphere", "--out", str(tmp_path / "out")]
+    given += ["--cache", str(tmp_path / "cache")]
+    running.main(given)
+    cards = {file.name: file.read_bytes() for file in (tmp_path / "out").glob("*.json")}
+    assert set(cards) == {"m6-kind.json", "m4-sphere.json"}
+    assert "m4-sphere: {'clouds': 10, 'l2_quartiles':" in capfd.readouterr().out
+    (tmp_path / "out" / "m6-kind.json").unlink()
+    running.main(given)
+    told = capfd.readouterr().out
+    assert "m6-kind: " in told and "m4-sphere: " not in told
+    assert {file.name: file.read_bytes() for file in (tmp_path / "out").glob("*.json")} == cards
+
+
+@pytest.mark.parametrize(
+    "given, said", [(["--quick"], "an --out of its own"), (["--only", "m9"], "--only: m9; there are m4-kind")]
+)
+def test_a_mistaken_command_is_told(given: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        running.main(given)
+    assert said in capsys.readouterr().err
+
+
 def test_clouds_are_the_same_however_many_processes_draw_and_what_was_kept(
     few: Clouds, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
