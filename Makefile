@@ -10,6 +10,7 @@
 # make wheel  the wheel and the sdist, in dist/          make test-wheel  try the wheel without a compiler
 # make lock   write the newest versions to requirements/ make lock-check  do they still match pyproject.toml?
 # make weights  train both classifiers again             make clean       remove everything that make created
+# make weights-paper  train the networks of the paper's methods, hours; QUICK=1: see that it works, elsewhere
 # make training-figures  after make weights: refresh docs/training-figures.md
 # make example  refresh the example answer of the API    make openapi     refresh docs/openapi.json
 # make viewer   build the page at / from app/viewer (needs node and npm)
@@ -58,7 +59,7 @@ BUILT_WITH = $(PYTHON) -c "import tomllib; print(*tomllib.load(open('pyproject.t
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-clock test-fire test-schema test-fuzz test-torch lint weights training-figures example openapi viewer constants notebooks bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
+.PHONY: run setup test test-slow test-clock test-fire test-schema test-fuzz test-torch lint weights weights-paper training-figures example openapi viewer constants notebooks bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -105,6 +106,13 @@ weights: $(VENV)/.serving $(VENV_TORCH)/.torch
 	$(VENV_TORCH)/bin/python -m primfit.models.training.network --processes $(PROCESSES) --cache build/clouds --curves build/network-curves.json
 	$(VENV_TORCH)/bin/python -m primfit.models.training.knn --processes $(PROCESSES) --cache build/clouds
 	$(MAKE) example
+
+# Hours on two cores; it goes on where it was cut off. QUICK=1 takes minutes and writes weights of no use under build/.
+QUICK_PAPER = $(if $(QUICK),--quick --out build/paper-quick/weights --cache build/paper-quick)
+weights-paper: $(VENV_TORCH)/.torch
+	$(VENV_TORCH)/bin/python -m primfit.paper.training.m2 --processes $(PROCESSES) \
+		$(if $(QUICK),--clouds 100 --out build/paper-quick/weights)
+	$(VENV_TORCH)/bin/python -m primfit.paper.training --processes $(PROCESSES) $(QUICK_PAPER)
 
 # After `make weights`, on the same clouds: the design that lost, and the figures of all in docs/.
 training-figures: $(VENV_TORCH)/.torch

@@ -25,7 +25,7 @@ from primfit.synthetic import BenchmarkRecipe, cloud
 from primfit.synthetic.recipes import KINDS
 
 from . import sources
-from .methods import METHODS, Answer, Method, load
+from .methods import METHODS, NETWORKS, PAPER, Answer, Method, load
 
 MEMORY_SHARE = 0.75
 """Of the machine's memory, that a method may take before it gets a `MemoryError`."""
@@ -126,11 +126,13 @@ def introduce(name: str) -> dict[str, Any]:
 
 def versions(method: Method) -> dict[str, str]:
     """Of the package and what it runs on; `source` tells one state of primfit's own code from another."""
-    packages = dict.fromkeys([method.package, "numpy", "scipy"])
+    networks = ["torch"] if method.name in NETWORKS else []
+    packages = dict.fromkeys([method.package, "numpy", "scipy", *networks])
     found = {name: installed(name) for name in packages} | {"python": platform.python_version()}
     module = METHODS[method.name].partition(":")[0].removeprefix("primfit.").replace(".", "/")
     files = [sources.ROOT / f"{module}.py"]
     files += sources.own_files() if method.package == "primfit" else []
+    files += sources.paper_files(method.name) if method.name in PAPER else []
     return found | {"source": sources.digest(files)}
 
 

@@ -15,7 +15,7 @@ from primfit.synthetic import RECIPES
 from . import coverage, drawing
 from .batch import batch_action
 from .cases import CASE_SETS, Case, CaseSet
-from .methods import METHODS, PEERS
+from .methods import METHODS, NETWORKS, PEERS
 from .options import make_parser
 from .proofs import PROOFS
 from .proofs.records import Key, ProofRecord, ProofsFile, prove_all
@@ -26,7 +26,7 @@ from .report.added import draw_added
 from .report.coverage import write_coverage
 from .report.pictures import require_matplotlib
 from .report.proofs import proven
-from .runner import Child, MethodError, Work, begin, interpreter, introduce, run
+from .runner import Children, MethodError, Work, begin, introduce, run
 from .service import BODIES, SIZES, busy, livez_line, measure, slowest_livez, table
 from .serving import ServiceError
 from .speed.command import speed_action, steps_action
@@ -37,6 +37,7 @@ from .track import TRACK, TrackError, TrackFolder
 
 DEFAULT_METHOD = next(iter(METHODS))
 BAD_INPUT, INTERRUPTED = 2, 130
+INSTALL = "`make bench-peers` installs the peers"
 
 EXPECTED = (
     MethodError,
@@ -132,8 +133,7 @@ def run_action(options: argparse.Namespace) -> int:
     names = list(dict.fromkeys([*named, *(PEERS if options.peers else [])]))
     options.out.mkdir(parents=True, exist_ok=True)
     file = RecordsFile(options.out)
-    python = options.python or interpreter(any(name in PEERS for name in names))
-    with Child(python, options.out / "methods.log") as child:
+    with Children(options.out / "methods.log", options.python) as child:
         methods = usable(introduce(child, names), named, console)
         done, stale = begin(file, works, methods, options.restart)
         if stale:
@@ -174,7 +174,8 @@ def usable(
     """The methods that are installed; raises `MethodError` where one that was named is not."""
     for name, told in known.items():
         if "missing" in told:
-            sentence = f"{name} is not installed ({told['missing']}); `make bench-peers` installs the peers"
+            remedy = "`make .venv-torch/.torch` installs torch" if name in NETWORKS else INSTALL
+            sentence = f"{name} is not installed ({told['missing']}); {remedy}"
             if name in named:
                 raise MethodError(sentence)
             console.print(f"left out: {sentence}")

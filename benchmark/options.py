@@ -17,8 +17,9 @@ from .service import BODIES, SIZES
 FOLDER = Path("build/bench")
 """Where records are kept unless something else is said."""
 
-LEARNT = range(2022, 2025)
-"""Seeds of the clouds that the shipped classifiers were trained, calibrated and scored on."""
+LEARNT = (2022, 2023, 2024, 20220, 20221)
+"""Seeds of the clouds that the shipped classifiers were trained, calibrated and scored on, and the paper's
+methods."""
 
 LONGEST = 86400.0
 """Seconds that an answer may be waited for at most."""
@@ -301,7 +302,7 @@ def _whole_from_3(text: str) -> int:
 def _seed(text: str) -> int:
     value = _whole(text, 0)
     if value in LEARNT:
-        seen = f"the shipped classifiers have seen clouds of the seeds {LEARNT[0]} to {LEARNT[-1]}"
+        seen = f"what is measured has seen clouds of the seeds {', '.join(map(str, LEARNT))}"
         raise argparse.ArgumentTypeError(f"is {value}; {seen}")
     return value
 

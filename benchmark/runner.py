@@ -18,7 +18,7 @@ from typing import Any, Self
 import numpy as np
 
 from .cases import Case
-from .methods import PEERS
+from .methods import NETWORKS, PAPER, PEERS
 from .records import Outcome, Record, RecordsFile, Scored
 from .sources import ROOT
 
@@ -130,6 +130,41 @@ class Child:
         return f"ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
 
 
+@dataclass
+class Children:
+    """A child for each interpreter that methods need; what a `Child` does, by the one of the method.
+
+    Attributes
+    ----------
+    log : as of `Child`
+    python : the interpreter of all methods; by default each has its own
+    """
+
+    log: Path
+    python: Path | None = None
+    started: dict[Path, Child] = field(default_factory=dict)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for child in self.started.values():
+            child.stop()
+
+    def introduction(self, method: str) -> dict[str, Any]:
+        return self.of(method).introduction(method)
+
+    def fit(self, method: str, case: Case, kind: str | None, timeout: float) -> Outcome:
+        return self.of(method).fit(method, case, kind, timeout)
+
+    def of(self, method: str) -> Child:
+        """The child that has this method."""
+        python = self.python or interpreter(method)
+        return self.started.setdefault(python, Child(python, self.log))
+
+
 @dataclass(frozen=True)
 class Work:
     """The cases of one set: their names, in order, and how each is drawn or read.
@@ -145,13 +180,14 @@ class Work:
     own: bool = False
 
 
-def interpreter(peers: bool) -> Path:
-    """That of the peers' environment where they are asked for and it is there, else the running one."""
-    theirs = ROOT / ".venv-peers" / "bin" / "python"
-    return theirs if peers and theirs.exists() else Path(sys.executable)
+def interpreter(method: str) -> Path:
+    """That of the environment of a peer or of a network where it is there, else the running one."""
+    folder = ".venv-peers" if method in PEERS else ".venv-torch" if method in NETWORKS else None
+    theirs = ROOT / folder / "bin" / "python" if folder else None
+    return theirs if theirs and theirs.exists() else Path(sys.executable)
 
 
-def introduce(child: Child, methods: Sequence[str]) -> dict[str, dict[str, Any]]:
+def introduce(child: Child | Children, methods: Sequence[str]) -> dict[str, dict[str, Any]]:
     """What each method says of itself; one that is not installed says so under `missing`.
 
     Raises
@@ -187,7 +223,7 @@ def begin(
 
 
 def run(
-    child: Child,
+    child: Child | Children,
     file: RecordsFile,
     works: Sequence[Work],
     methods: dict[str, dict[str, Any]],
@@ -198,7 +234,8 @@ def run(
     known = {record.key for record in done}
     kinds = {record.key[:3]: record.kind for record in done}
     for work in works:
-        asked = {name: about for name, about in methods.items() if not (work.own and name in PEERS)}
+        others = (*PEERS, *PAPER) if work.own else ()
+        asked = {name: about for name, about in methods.items() if name not in others}
         for name in work.names:
             case = (work.set, work.seed, name)
             missing = [
@@ -215,7 +252,7 @@ def asked_about(method: dict[str, Any], kind: str) -> bool:
 
 
 def _run_case(
-    child: Child,
+    child: Child | Children,
     file: RecordsFile,
     work: Work,
     name: str,

@@ -20,6 +20,12 @@ def own_files() -> list[Path]:
     return [path for folder, pattern in SOURCES for path in sorted((ROOT / folder).glob(pattern))]
 
 
+def paper_files(method: str) -> list[Path]:
+    """What a method of the paper depends on besides: the code of all of them, and its own weights."""
+    patterns = ("*.py", "parts/*.py", f"weights/{method}*.npz")
+    return [path for pattern in patterns for path in sorted((ROOT / "paper").glob(pattern))]
+
+
 def digest(files: Iterable[Path]) -> str:
     """The start of the SHA-256 of what is in them."""
     found = hashlib.sha256()

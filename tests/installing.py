@@ -21,7 +21,7 @@ def copy_sources(target: Path) -> Path:
         shutil.copyfile(ROOT / name, target / name)
     (target / "setup.py").write_text((ROOT / "setup.py").read_text().replace('"-O3"', '"-O0"'))
     unwanted = shutil.ignore_patterns("__pycache__", "*.so", "*.egg-info", "_*.c")
-    for name in ("src", *HOUSES):
+    for name in ("src", *HOUSES, "paper"):
         shutil.copytree(ROOT / name, target / name, symlinks=True, ignore=unwanted)
     return target
 

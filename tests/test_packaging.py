@@ -77,6 +77,7 @@ def test_wheel_holds_code_weights_examples_and_license(wheel: zipfile.ZipFile) -
             assert f"primfit/{module.relative_to(ROOT)}" in names
     assert {"primfit/__init__.py", "primfit/__main__.py", "primfit/py.typed"} <= names
     assert any(name.endswith("licenses/LICENSE") for name in names)
+    assert not any(name.startswith("primfit/paper/") for name in names)
 
 
 @pytest.mark.slow

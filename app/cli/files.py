@@ -44,13 +44,17 @@ Answer = tuple[Recognition, dict[str, Any]] | Problem
 """What was recognized and the body of `POST /fit`, or why there is none."""
 
 
-def answer_file(name: str, options: Mapping[str, Any]) -> Answer:
+def answer_file(
+    name: str,
+    options: Mapping[str, Any],
+    how: Callable[[Cloud, Mapping[str, Any]], tuple[Recognition, dict[str, Any]]] = answered,
+) -> Answer:
     """What was recognized in a file and the body of `POST /fit` for it, or what is wrong with it.
 
-    `options` are those of `engine.fit` that were given beside the file.
+    `options` are those of `engine.fit` that were given beside the file; `how` answers for what was read.
     """
     try:
-        return answered(*_read(name, options, None))
+        return how(*_read(name, options, None))
     except Exception as error:  # one file must not cost the others their answers
         return _problem(name, error)
 

@@ -135,21 +135,21 @@ Seed = Annotated[int | None, typer.Option(help="Seed of every random choice.", s
 
 
 def checked(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The options of a fit, as the engine takes them, out of all that a command was given.
+    """The options of a fit, as the engine takes them, out of all that a command was given; it may have few.
 
     They are checked before the first file is read.
     """
     from ..engine.fit import config_of
     from .constraint_flags import parse_constraints
 
-    options = {name: given[name] for name in PLAIN if given[name] is not None}
-    if given["kind"]:
+    options = {name: given[name] for name in PLAIN if given.get(name) is not None}
+    if given.get("kind"):
         options["kinds"] = list(map(str, given["kind"]))
     try:
-        if given["constraint"]:
+        if given.get("constraint"):
             options["constraints"] = parse_constraints(given["constraint"])
-        options |= {name: _json(name, given[name]) for name in OBJECTS if given[name] is not None}
-        if given["include"]:
+        options |= {name: _json(name, given[name]) for name in OBJECTS if given.get(name) is not None}
+        if given.get("include"):
             options["include"] = _parts(list(map(str, given["include"])))
         config_of(**options)
     except InvalidOptionError as error:

@@ -82,10 +82,21 @@ METHODS: dict[str, str] = {
     "scikit-spatial": "primfit.benchmark.methods.scikit_spatial:ScikitSpatial",
     "open3d": "primfit.benchmark.methods.open3d:Open3d",
     "trimesh": "primfit.benchmark.methods.trimesh:Trimesh",
+    "m1": "primfit.benchmark.methods.paper:M1",
+    "m2": "primfit.benchmark.methods.paper:M2",
+    "m3": "primfit.benchmark.methods.paper:M3",
+    "m4": "primfit.benchmark.methods.paper:M4",
+    "m5": "primfit.benchmark.methods.paper:M5",
+    "m6": "primfit.benchmark.methods.paper:M6",
 }
 """Name -> "module:Class", imported by `load` alone. The first is primfit as it is shipped."""
 
-PEERS = tuple(name for name in METHODS if name.split("-")[0] != "primfit")
+PAPER = ("m1", "m2", "m3", "m4", "m5", "m6")
+"""The methods of the benchmark's paper, made again ..."""
+NETWORKS = PAPER[2:]
+"""... and those of them that need torch: the extra `train`, which `make .venv-torch/.torch` installs."""
+
+PEERS = tuple(name for name in METHODS if name.split("-")[0] != "primfit" and name not in PAPER)
 """What others make; their packages are installed by `make bench-peers`, from `benchmark/peers.txt`."""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from rich.console import Console
 from rich.progress import track
 
+from ..methods import PEERS
 from ..runner import interpreter
 from ..service import busy
 from . import page, race
@@ -35,7 +36,7 @@ def steps_action(options: argparse.Namespace) -> int:
 
 def speed_action(options: argparse.Namespace) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
-    python = options.python or interpreter(peers=True)
+    python = options.python or interpreter(PEERS[0])
     sizes = [size for size in race.SIZES if size <= options.largest]
     log = options.out / "methods.log"
     run = race.run(options.n, options.seed, python, log, options.real, sizes, _watched)

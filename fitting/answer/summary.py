@@ -158,7 +158,7 @@ def sections(answer: Answer) -> list[list[Row]]:
         groups.append(_extents(answer["extents"], unit))
     groups.append([("warning", text) for text in _warnings(answer)])
     if answer["error"] is not None:
-        groups.append(_error(answer["error"], answer["noise"], unit))
+        groups.append([*_error(answer["error"], unit), *_noise(answer["noise"], unit)])
     groups += [list(_alternative(other, answer)) for other in answer["alternatives"]]
     effects = answer["active_constraints"].items()
     groups.append(_labeled("constraints", [f"{worded(name)}: {effect}" for name, effect in effects]))
@@ -298,15 +298,21 @@ def _distances(error: Mapping[str, float], unit: str | None) -> Row:
     return "distances", with_unit(every, unit)
 
 
-def _error(error: Mapping[str, float], noise: Mapping[str, Any], unit: str | None) -> list[Row]:
+def _error(error: Mapping[str, float], unit: str | None) -> list[Row]:
+    share = f"mean {digits(error['relative_mean'])} of the diagonal of the bounding box"
+    return [_distances(error, unit), ("", share)]
+
+
+def _noise(noise: Mapping[str, Any] | None, unit: str | None) -> list[Row]:
+    """Of the points; nothing where it is not known."""
+    if noise is None:
+        return []
     step = noise["quantisation_step"]
     said = [figure(noise["scale"], unit)]
     said += [f"coordinates in steps of {with_unit(f'{step:g}', unit)}"] if step else []
     shares = {"on it exactly": noise["exact_share"], "outliers": noise["outlier_share"]}
     told = ", ".join(f"{part(round(share, 3))} {name}" for name, share in shares.items() if share)
     return [
-        _distances(error, unit),
-        ("", f"mean {digits(error['relative_mean'])} of the diagonal of the bounding box"),
         *([("points", told)] if told else []),
         ("noise", ", ".join(said)),
         *(("", text) for text in _deviations(noise, unit)),

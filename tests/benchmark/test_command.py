@@ -83,7 +83,7 @@ def test_the_report_is_made_of_the_records(folder, tmp_path, capsys):
         (["--seed", "-1"], "argument --seed: is -1, not a whole number from 0 on"),
         (
             ["--seed", "2023"],
-            "argument --seed: is 2023; the shipped classifiers have seen clouds of the seeds",
+            "argument --seed: is 2023; what is measured has seen clouds of the seeds",
         ),
         (["--timeout", "0"], "argument --timeout: is 0, not a number of seconds above 0 and up to 86400"),
         (["--set", "cubes"], "argument --set: invalid choice: 'cubes'"),

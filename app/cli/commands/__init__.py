@@ -13,7 +13,7 @@ from .batch import batch
 from .fit import fit
 from .jobs import jobs
 from .mcp import mcp
-from .parts import bench, synth
+from .parts import bench, paper, synth
 from .service import openapi, serve, settings
 
 # As in the service: one thread a process, so that every way in gives the same numbers.
@@ -60,7 +60,7 @@ def _primfit(
 ) -> None: ...
 
 
-for _command in (fit, batch, serve, mcp, settings, openapi, synth):
+for _command in (fit, batch, serve, mcp, settings, openapi, synth, paper):
     app.command()(_command)
 app.add_typer(jobs, name="jobs")
 # It has a help of its own.

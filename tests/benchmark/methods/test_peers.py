@@ -31,7 +31,7 @@ PATIENT = 60.0
 
 @pytest.fixture(scope="module")
 def child(tmp_path_factory: pytest.TempPathFactory):
-    with Child(interpreter(peers=True), tmp_path_factory.mktemp("child") / "methods.log") as started:
+    with Child(interpreter(PEERS[0]), tmp_path_factory.mktemp("child") / "methods.log") as started:
         yield started
 
 

@@ -1,0 +1,1 @@
+"""What several of the paper's methods are made of."""

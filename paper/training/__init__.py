@@ -1,0 +1,1 @@
+"""Training of the paper's networks: `make weights-paper`."""
