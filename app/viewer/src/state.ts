@@ -1,6 +1,6 @@
 /** What the page shows, and how it comes about: everything that changes is a signal. */
 
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { wrap } from "comlink";
 import { Cloud } from "./cloud";
 import { distanceTo } from "./geometry/kinds";
@@ -264,6 +264,15 @@ export async function drop(which: Job): Promise<void> {
 async function recall(): Promise<void> {
   kept.value = abilities.value?.jobs ? await jobs() : [];
 }
+
+export const isOver = ({ finished }: Job): boolean => finished !== undefined && finished !== null;
+
+/** Jobs that are listed are looked at until they are over. */
+effect(() => {
+  if (phase.value !== "empty" || kept.value.every(isOver)) return;
+  const timer = setTimeout(() => void recall().catch(() => undefined), LOOK);
+  return () => clearTimeout(timer);
+});
 
 /** Give up the fit that is under way; what was shown stays. */
 export function cancel(): void {

@@ -82,7 +82,7 @@ function Empty() {
 }
 
 function Kept({ job }: { job: Job }) {
-  const ended = job.finished !== undefined && job.finished !== null;
+  const ended = state.isOver(job);
   const when = new Date(job.created).toLocaleString();
   return (
     <li>
