@@ -26,7 +26,7 @@ def write(file: RecordsFile, out: Path) -> Path:
     """
     pictures.require_matplotlib()
     data = Data.of(file)
-    drawn = pictures.draw(data, out / "images")
+    drawn = pictures.draw(data, out / "images", pictures.PICTURES)
     parts: list[Iterable[str]] = [sections.head(data)]
     parts += [first(data, set_) for set_ in FIRST if set_ in data.sets]
     parts += [held_to(data)]
