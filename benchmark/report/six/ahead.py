@@ -16,10 +16,11 @@ from ..data import OURS, Data, common
 from ..markdown import scientific, table
 from . import tables
 
+SEGMENTS = "real segments"
 PLACES: dict[str, Callable[[Record], str]] = {
     tables.BESIDE: lambda record: str(record.groups.get("perturbation")),
     "sensor": lambda record: "clouds of sensors",
-    REAL: lambda record: "real segments",
+    REAL: lambda record: SEGMENTS,
 }
 """The sets that are compared, and where in the set a record counts."""
 RATES = ("TPR", "TNR", "PPV", "NPV", "ACC")
@@ -135,9 +136,9 @@ def _table(short: Sequence[Comparison]) -> list[str]:
 def _everywhere(made: Sequence[Comparison]) -> str:
     """Where there are records."""
     seen = list(dict.fromkeys(one.place for one in made))
-    rest = [place for place in seen if place not in TYPES]
     whole = set(seen) >= set(TYPES)
-    return _listed(["every perturbation", *rest] if whole else seen)
+    places = ["every perturbation", *(place for place in seen if place not in TYPES)] if whole else seen
+    return _listed([f"{place} (without L2)" if place == SEGMENTS else place for place in places])
 
 
 def _names(made: Sequence[Comparison]) -> str:

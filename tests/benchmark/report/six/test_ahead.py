@@ -70,7 +70,9 @@ def test_other_sets_count_as_one_place():
     found = [one for one in comparisons(Data([one for some in (*ours, *theirs) for one in some], {}))]
     assert [(one.place, one.measure) for one in found if one.measure == "L2"] == [("clouds of sensors", "L2")]
     assert len(found) == 11 and (found[5].theirs, found[5].ours) == (1e-5, 1e-4)
-    assert "primfit is behind m4 in L2 on clouds of sensors." in said(*ours, *theirs)[0]
+    sentence, *_ = said(*ours, *theirs)
+    assert sentence.startswith("primfit is behind m4 in L2 on clouds of sensors. Both are perfect")
+    assert sentence.endswith(" and L2 on clouds of sensors and real segments (without L2).")
 
 
 def test_only_clouds_of_both_count():
