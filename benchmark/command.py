@@ -19,6 +19,7 @@ from .methods import METHODS, NETWORKS, PEERS
 from .options import make_parser
 from .proofs import PROOFS
 from .proofs.records import Key, ProofRecord, ProofsFile, prove_all
+from .published import introductions, publish
 from .real import MANIFEST, REAL, RealError, RealFolder, is_there
 from .records import Record, RecordsFile
 from .report import MissingMatplotlibError, NoRecordsError, write
@@ -135,13 +136,17 @@ def run_action(options: argparse.Namespace) -> int:
     file = RecordsFile(options.out)
     with Children(options.out / "methods.log", options.python) as child:
         methods = usable(introduce(child, names), named, console)
-        done, stale = begin(file, works, methods, options.restart)
+        told = introductions(works)
+        done, stale = begin(file, works, methods | told, options.restart)
         if stale:
             console.print(f"{stale} records are dropped: the versions of their methods have changed")
         ran = run(child, file, works, methods, done, options.timeout)
         watch(ran, works, console, options.show_wrong)
+    for record in publish(file, works, done):
+        if options.show_wrong and not record.right:
+            console.print(wrong_line(record), soft_wrap=True)
     asked = {(work.set, work.seed, name) for work in works for name in work.names}
-    console.print(summary([r for r in file.read() if r.method in methods and r.key[:3] in asked]))
+    console.print(summary([r for r in file.read() if r.method in methods | told and r.key[:3] in asked]))
     console.print(f"records: {file.path}")
     return 0
 
@@ -157,7 +162,8 @@ def plan(options: argparse.Namespace) -> list[Work]:
             works.append(Work(name, options.seed, cases, partial(_draw, chosen, options.seed), chosen.own))
     if options.shrec22:
         folder = TrackFolder(options.shrec22)
-        works.append(Work(TRACK, folder.fingerprint, folder.names[: options.n], folder.case))
+        names = folder.names[: options.n]
+        works.append(Work(TRACK, folder.fingerprint, names, folder.case, published=folder.published))
     if options.real and is_there(options.real):
         real = RealFolder(options.real)
         works.append(Work(REAL, real.fingerprint, real.names[: options.n], real.case))

@@ -8,7 +8,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from multiprocessing import Pipe
 from pathlib import Path
@@ -16,6 +16,8 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
+
+from primfit.fitting.primitives.primitive import Primitive
 
 from .cases import Case
 from .methods import NETWORKS, PAPER, PEERS
@@ -170,7 +172,8 @@ class Work:
     """The cases of one set: their names, in order, and how each is drawn or read.
 
     `seed` tells them from other cases of the same names; that of a folder is a number made of its truths.
-    Of an `own` set methods of others are not asked.
+    Of an `own` set methods of others are not asked. `published` has answers that stand beside the cases, by
+    the method's name in records and the name of the case.
     """
 
     set: str
@@ -178,6 +181,7 @@ class Work:
     names: Sequence[str]
     draw: Callable[[str], Case]
     own: bool = False
+    published: Mapping[str, Mapping[str, Primitive]] = field(default_factory=dict)
 
 
 def interpreter(method: str) -> Path:

@@ -12,6 +12,7 @@ from primfit.synthetic.recipes import KINDS
 from .records import Record
 
 G = TypeVar("G")
+T = TypeVar("T")
 
 REJECTIONS = ("ambiguous", "no_fit", "failed")
 """Columns of a confusion matrix beside the kinds: answers that name no kind, and no answer at all."""
@@ -128,11 +129,11 @@ def is_exact(record: Record) -> bool:
     return record.error("surface") <= EXACT
 
 
-def grouped(records: Iterable[Record], key: Callable[[Record], G]) -> dict[G, list[Record]]:
-    """Records by key, keys in the order of their first record."""
-    groups: dict[G, list[Record]] = {}
-    for record in records:
-        groups.setdefault(key(record), []).append(record)
+def grouped(things: Iterable[T], key: Callable[[T], G]) -> dict[G, list[T]]:
+    """Things by key, keys in the order of their first thing."""
+    groups: dict[G, list[T]] = {}
+    for thing in things:
+        groups.setdefault(key(thing), []).append(thing)
     return groups
 
 

@@ -34,6 +34,7 @@ def _cells(records: Sequence[Record]) -> list[str]:
     wrong = [answered(record) for record in records if not record.right]
     rejections = [wrong.count(name) for name in ("ambiguous", "no_fit", "failed")]
     medians = [spread([record.error(name) for record in records]).q2 for name in ("l2", "surface")]
+    times = seconds(records)
     told = [record for record in records if record.attempts]
     ranked = [record for record in told if record.kind in KINDS]
     return [
@@ -42,7 +43,7 @@ def _cells(records: Sequence[Record]) -> list[str]:
         *(f"{value:.1e}" if np.isfinite(value) else "" for value in medians),
         f"{np.mean([len(record.attempts) for record in told]):.2f}" if told else "",
         f"{100 * share(ranked, lambda record: record.attempts[0] == record.kind):.0f}%" if ranked else "",
-        f"{1e3 * spread(seconds(records)).q2:.1f}",
+        f"{1e3 * spread(times).q2:.1f}" if times else "",
     ]
 
 

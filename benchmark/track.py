@@ -2,7 +2,8 @@
 
 Clouds are files `pointCloud{i}.txt` with `x,y,z` a line, anywhere in the folder. Their truth stands in one
 file `ground_truth.csv` with a line `i,label,parameters`, or in a file `GTpointCloud{i}.txt` each with one
-number a line. `perturbation.csv`, where it is there, has a line `i` and the track's 13 numbers.
+number a line. `perturbation.csv`, where it is there, has a line `i` and the track's 13 numbers. What the
+authors of a method of the paper answered may stand beside, `m4_predictions.csv` with `i,label,parameters`.
 """
 
 import csv
@@ -18,6 +19,7 @@ from primfit.fitting.shrec22 import from_vector, to_vector
 from primfit.synthetic.perturb import TYPES, Perturbation
 
 from .cases import CASE_SETS, Case, Description, track_groups
+from .methods import PAPER, PUBLISHED
 
 TRACK = "shrec22"
 """The name of the set that a folder makes."""
@@ -39,6 +41,10 @@ class TrackError(ValueError):
 class TrackFolder:
     """The clouds of a folder that have a truth, in the order of their numbers; read when they are asked for.
 
+    Attributes
+    ----------
+    published : what methods of the paper answered, by a name of `PUBLISHED` and the number of the cloud
+
     Raises
     ------
     TrackError : the folder is not in the track's layout
@@ -56,6 +62,11 @@ class TrackFolder:
                 "them"
             )
         self.perturbations = _perturbations(folder)
+        self.published = {
+            name: found
+            for method, name in zip(PAPER, PUBLISHED, strict=True)
+            if (found := _published(folder, method))
+        }
 
     @property
     def fingerprint(self) -> int:
@@ -102,17 +113,31 @@ def _truths(folder: Path) -> Mapping[str, Primitive]:
         number: path.read_text().split()
         for number, path in _numbered(folder, r"(?i:GT)_?pointCloud(\d+)\.txt").items()
     }
-    for path in folder.rglob("ground_truth.csv"):
+    vectors |= _lines(folder, "ground_truth.csv")
+    return {number: _primitive("truth of", number, vector) for number, vector in vectors.items()}
+
+
+def _published(folder: Path, method: str) -> Mapping[str, Primitive]:
+    vectors = _lines(folder, f"{method}_predictions.csv")
+    return {
+        number: _primitive(f"answer of {method} on", number, vector) for number, vector in vectors.items()
+    }
+
+
+def _lines(folder: Path, name: str) -> dict[str, list[str]]:
+    """What stands behind the number of a cloud, by it, in all files of this name."""
+    found: dict[str, list[str]] = {}
+    for path in folder.rglob(name):
         with path.open(newline="") as file:
-            vectors |= {row[0]: row[1:] for row in csv.reader(file) if row}
-    return {number: _primitive(number, vector) for number, vector in vectors.items()}
+            found |= {row[0]: row[1:] for row in csv.reader(file) if row}
+    return found
 
 
-def _primitive(number: str, vector: list[str]) -> Primitive:
+def _primitive(what: str, number: str, vector: list[str]) -> Primitive:
     try:
         return from_vector(int(vector[0]), list(map(float, vector[1:])))
     except (ValueError, IndexError) as error:
-        raise TrackError(f"the truth of cloud {number} cannot be read: {error}") from None
+        raise TrackError(f"the {what} cloud {number} cannot be read: {error}") from None
 
 
 def _perturbations(folder: Path) -> Mapping[str, str]:

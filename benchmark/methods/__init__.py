@@ -96,6 +96,9 @@ PAPER = ("m1", "m2", "m3", "m4", "m5", "m6")
 NETWORKS = PAPER[2:]
 """... and those of them that need torch: the extra `train`, which `make .venv-torch/.torch` installs."""
 
+PUBLISHED = tuple(f"{name}-published" for name in PAPER)
+"""The answers of the authors of these methods, where they stand beside clouds of the track; never asked."""
+
 PEERS = tuple(name for name in METHODS if name.split("-")[0] != "primfit" and name not in PAPER)
 """What others make; their packages are installed by `make bench-peers`, from `benchmark/peers.txt`."""
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ..proofs.records import ProofsFile
 from ..records import RecordsFile
-from . import pictures, sections
+from . import pictures, sections, six
 from .bars import held_to
 from .data import Data, NoRecordsError
 from .details import details
@@ -26,13 +26,14 @@ def write(file: RecordsFile, out: Path) -> Path:
     """
     pictures.require_matplotlib()
     data = Data.of(file)
-    drawn = pictures.draw(data, out / "images")
+    drawn = pictures.draw(data, out / "images", pictures.PICTURES | six.PICTURES)
     parts: list[Iterable[str]] = [sections.head(data)]
     parts += [first(data, set_) for set_ in FIRST if set_ in data.sets]
     parts += [held_to(data)]
     parts += [proven(ProofsFile(file.path.parent).read())]
     parts += [sections.at_a_glance(data, drawn), sections.behind(data)]
     parts += [sections.of_set(data, set_, drawn) for set_ in data.sets if set_ not in FIRST]
+    parts += [six.section(data, drawn)]
     parts += [sections.methods(data), [sections.MEASURES]]
     _write(out / "benchmark-details.md", [details(data)])
     return _write(out / "benchmark.md", parts)

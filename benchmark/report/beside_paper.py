@@ -19,8 +19,8 @@ def beside_the_paper(data: Data, set_: str) -> Iterator[str]:
     yield "### Beside the paper"
     yield ""
     yield (
-        "M1 to M6 are the six methods of the paper, with the numbers of its tables 1 and 2, measured by its "
-        "authors on their 925 test clouds; the others were measured here, on "
+        "*M1 (paper)* to *M6 (paper)* are the numbers of the paper's tables 1 and 2, measured by its authors "
+        "on their 925 test clouds; the others were measured here, on "
         + ("other clouds of the same laws." if set_ != TRACK else "the clouds of the folder.")
     )
     yield ""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..cases import CASE_SETS, Description, Level
-from ..methods import METHODS, PEERS
+from ..methods import METHODS, PAPER, PEERS, PUBLISHED
 from ..real import DESCRIPTION as REAL_DESCRIPTION
 from ..real import REAL
 from ..records import Record, RecordsFile
@@ -53,9 +53,9 @@ class Data:
 
     @property
     def methods(self) -> list[str]:
-        """In the order of the registry."""
+        """In the order of the registry, published answers last."""
         seen = {record.method for record in self.records}
-        return [name for name in METHODS if name in seen]
+        return [name for name in (*METHODS, *PUBLISHED) if name in seen]
 
     @property
     def sets(self) -> list[str]:
@@ -108,6 +108,11 @@ class Data:
         alone = ours == [f"--method {OURS}"]
         peers = ["--peers"] if any(method in PEERS for method in methods) else []
         return " ".join(["primfit bench run", chosen, *([] if alone else ours), *peers])
+
+
+def of_the_paper(methods: Iterable[str]) -> list[str]:
+    """Those of the benchmark's paper: made again, or as their authors published their answers."""
+    return [method for method in methods if method in (*PAPER, *PUBLISHED)]
 
 
 def described(set_: str) -> Description:

@@ -13,7 +13,7 @@ from ..records import Record
 from ..scores import ANSWERS, confusion, grouped, is_close, is_exact, share
 from ..track import TRACK
 from . import paper
-from .data import OURS, Data, described, median_seconds
+from .data import OURS, Data, described, median_seconds, of_the_paper
 
 COLORS = {
     "primfit": "#0f6e84",
@@ -27,7 +27,16 @@ COLORS = {
     "scikit-spatial": "#6b7280",
     "open3d": "#1f3a5f",
     "trimesh": "#a1693f",
+    "m1": "#8c6d31",
+    "m2": "#cdb04a",
+    "m3": "#9c4f96",
+    "m4": "#c9407c",
+    "m5": "#5b8c2a",
+    "m6": "#3f6fb5",
+    "m4-published": "#e3a3bb",
 }
+Picture = Callable[[Data], Any]
+"""A figure, or None where the records are not enough for it."""
 INK, FAINT = "#222222", "#d9dde1"
 SMALLEST_ERROR, LARGEST_ERROR = 1e-17, 1e1
 """The ends of the axis of errors."""
@@ -50,11 +59,11 @@ def require_matplotlib() -> None:
         raise MissingMatplotlibError
 
 
-def draw(data: Data, folder: Path) -> set[str]:
+def draw(data: Data, folder: Path, pictures: Mapping[str, Picture]) -> set[str]:
     """Write every picture that the records are enough for; returns their names."""
     require_matplotlib()
     folder.mkdir(parents=True, exist_ok=True)
-    figures = {name: picture(data) for name, picture in PICTURES.items()}
+    figures = {name: picture(data) for name, picture in pictures.items()}
     drawn = {name: figure for name, figure in figures.items() if figure is not None}
     for name, figure in drawn.items():
         figure.savefig(folder / f"benchmark-{name}.png", metadata={"Software": None})
@@ -216,7 +225,7 @@ def confusions(data: Data) -> Any:
         shares = 100 * counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
         axes = figure.add_subplot(rows, columns, place + 1)
         texts = [[_share_text(value) for value in row] for row in shares]
-        _heatmap(
+        heatmap(
             axes, shares, texts, KINDS, [name.replace("_", " ") for name in ANSWERS], good=np.eye(5, 8) > 0
         )
         axes.set_title(f"{method} · {described(set_).title} [%]", fontsize=9.5, loc="left")
@@ -245,12 +254,12 @@ def perturbations(data: Data) -> Any:
         axes = figure.add_subplot(grid[place])
         texts = [["" if np.isnan(value) else f"{value:.0f}" for value in row] for row in cells]
         names = [m if data.decides(m) else f"{m} (kind given)" for m in methods]
-        _heatmap(axes, np.array(cells), texts, names, [str(level) for level in levels])
+        heatmap(axes, np.array(cells), texts, names, [str(level) for level in levels])
         axes.set_title(f"{described(set_).title}: right and within 1% [%]", fontsize=10.5, loc="left")
     return figure
 
 
-def _heatmap(
+def heatmap(
     axes: Any,
     values: np.ndarray,
     texts: Sequence[Sequence[str]],
@@ -355,8 +364,9 @@ def _with_records(data: Data, set_: str) -> list[str]:
 
 
 def _main(methods: Sequence[str]) -> list[str]:
-    """Without the variants of primfit."""
-    return [method for method in methods if method == OURS or not method.startswith(OURS)]
+    """Without the variants of primfit, and without the paper's methods, which have pictures of their own."""
+    apart = of_the_paper(methods)
+    return [m for m in methods if m == OURS or not (m.startswith(OURS) or m in apart)]
 
 
 def _line(data: Data, method: str) -> dict[str, Any]:
@@ -385,7 +395,7 @@ def clean(axes: Any) -> None:
     axes.set_axisbelow(True)
 
 
-PICTURES = {
+PICTURES: dict[str, Picture] = {
     "overview": overview,
     "perturbations": perturbations,
     "errors": errors,

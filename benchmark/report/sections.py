@@ -24,7 +24,7 @@ CLEARLY = 0.9
 
 
 def head(data: Data) -> Iterator[str]:
-    machines = sorted({str(about["machine"]) for about in data.about.values()})
+    machines = sorted({str(about["machine"]) for about in data.about.values() if "machine" in about})
     clouds = len({record.key[:3] for record in data.records})
     yield "# Benchmark"
     yield ""

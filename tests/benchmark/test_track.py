@@ -50,6 +50,25 @@ def test_a_file_for_each_truth(tmp_path):
     assert case.groups["perturbation"] == "unknown"
 
 
+def test_published_answers_may_stand_beside(tmp_path):
+    texts = {"pointCloud1_txt": CLOUD, "pointCloud2_txt": CLOUD, "ground_truth_csv": "1,3,1,0,0,0\n"}
+    write(tmp_path, **texts)
+    number = TrackFolder(tmp_path).fingerprint
+    assert TrackFolder(tmp_path).published == {}
+    (tmp_path / "m4_predictions.csv").write_text("1,3,2.5,1,2,3\n2,1,0,0,1,4,5,6\n")
+    (tmp_path / "m6_predictions.csv").write_text("1,1,0,0,1,4,5,6\n")
+    folder = TrackFolder(tmp_path)
+    assert {name: list(answers) for name, answers in folder.published.items()} == {
+        "m4-published": ["1", "2"],
+        "m6-published": ["1"],
+    }
+    assert folder.published["m4-published"]["1"].radius == 2.5
+    assert folder.fingerprint == number
+    (tmp_path / "m4_predictions.csv").write_text("1,3,2.5\n")
+    with pytest.raises(TrackError, match=r"answer of m4 on cloud 1 .* sphere has 4 parameters, not 1"):
+        TrackFolder(tmp_path)
+
+
 @pytest.mark.parametrize(
     ("texts", "message"),
     [
