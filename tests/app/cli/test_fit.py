@@ -131,7 +131,7 @@ def test_a_failure_of_ours_costs_one_file_only(clouds: Path, monkeypatch: pytest
     def broken(*args: object, **options: object) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("primfit.app.cli.files.answered", broken)
+    monkeypatch.setattr("primfit.app.engine.answer.fit_prepared", broken)
     result = run("fit", "--json", clouds / "cylinder.csv", clouds / "words.txt")
     assert "cylinder.csv: internal error, please report it: ZeroDivisionError" in result.stderr
     assert "words.txt: " in result.stderr

@@ -212,4 +212,4 @@ def test_bad_options_are_named(capsys):
     assert "everything" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         bench(["proofs", "--seed", "2022"])
-    assert "the seeds 2022 to 2024" in capsys.readouterr().err
+    assert "the seeds 2022, 2023, 2024" in capsys.readouterr().err
