@@ -5,20 +5,15 @@ extent, the diagonal of the bounding box of the points that belong to the surfac
 about the centroid, so that far coordinates cost no digits.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
-from scipy.spatial import cKDTree
 
 from primfit.fitting.cloud.frame import Frame
-from primfit.fitting.geometry.vectors import Array, basis
-from primfit.fitting.primitives.cone import Cone
+from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.cylinder import Cylinder
 from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
-from primfit.fitting.primitives.torus import Torus
-from primfit.fitting.shrec22 import to_vector
+from primfit.fitting.shrec22 import sampled_distances, to_vector
 from primfit.fitting.solver.refine import refine
 
 DIRECTIONS = {"plane": slice(0, 3), "cylinder": slice(1, 4), "cone": slice(1, 4), "torus": slice(2, 5)}
@@ -93,38 +88,6 @@ def distances(primitive: Primitive, points: Array) -> Array:
     return np.abs(primitive.signed_distance(points))
 
 
-def sampled_distances(primitive: Primitive, points: Array) -> Array:
-    """Distances (N,) of points to the closest of `GRID` x `GRID` samples of the surface, as in the paper.
-
-    Samples lie on a regular grid of the parameters of `Primitive.surface`: full turns, and as far as the
-    points reach in the parameters that are lengths. They overestimate by up to half a cell's diagonal.
-    """
-    samples = primitive.surface(*np.meshgrid(*_spans(primitive, points))).reshape(-1, 3)
-    if not np.isfinite(samples).all():
-        return np.full(len(points), np.inf)
-    return np.asarray(cKDTree(samples).query(points)[0])
-
-
-def _spans(primitive: Primitive, points: Array) -> Iterator[Array]:
-    turn = np.linspace(0.0, TURN, GRID)
-    match primitive:
-        case Plane():
-            for direction in basis(primitive.normal):
-                lengths = (points - primitive.point) @ direction
-                yield np.linspace(lengths.min(), lengths.max(), GRID)
-            return
-        case Cylinder():
-            heights = (points - primitive.point) @ primitive.axis
-        case Cone():
-            heights = np.maximum((points - primitive.apex) @ primitive.axis, 0.0)
-        case Torus():
-            heights = turn
-        case _:
-            heights = turn / 2
-    yield turn
-    yield np.linspace(heights.min(), heights.max(), GRID)
-
-
 def surface_error(found: Primitive, truth: Primitive, points: Array) -> float:
     """Root mean square distance of the true surface to the found one where the cloud is.
 
@@ -154,7 +117,7 @@ def fitting_errors(found: Primitive, points: Array) -> dict[str, float]:
 
 def sampled_errors(found: Primitive, points: Array) -> dict[str, float]:
     """`fitting_errors` with `sampled_distances`, as `mfe_sampled` and `hausdorff_sampled`."""
-    sampled = sampled_distances(found, points[:: -(-len(points) // MOST_SAMPLED)])
+    sampled = sampled_distances(found, points[:: -(-len(points) // MOST_SAMPLED)], GRID)
     return {
         "mfe_sampled": float(sampled.mean()) / diagonal(points),
         "hausdorff_sampled": float(sampled.max()),

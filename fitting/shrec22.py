@@ -1,15 +1,22 @@
 """Primitives as the column vectors of the SHREC 2022 track: a label, then the parameters in its order.
 
+And distances as the track measures them.
+
 Source: Romanengo et al., "SHREC 2022: Fitting and recognition of simple geometric primitives on point
-clouds", Computers & Graphics 107, 2022, section 2.1. A torus has its major radius first.
+clouds", Computers & Graphics 107, 2022, section 2. A torus has its major radius first.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from .geometry.vectors import Array, basis
 from .primitives import PRIMITIVES
+from .primitives.cone import Cone
+from .primitives.cylinder import Cylinder
+from .primitives.plane import Plane
 from .primitives.primitive import Primitive
+from .primitives.torus import Torus
 
 LAYOUT: dict[str, tuple[int, tuple[str, ...]]] = {
     "plane": (1, ("normal", "point")),
@@ -43,3 +50,37 @@ def from_vector(label: int, numbers: Sequence[float]) -> Primitive:
         name: part if len(part) == 3 else float(part[0]) for name, part in zip(names, parts, strict=True)
     }
     return PRIMITIVES[kind](**values)
+
+
+def sampled_distances(primitive: Primitive, points: Array, grid: int) -> Array:
+    """Distances (N,) of points to the closest of `grid` x `grid` samples of the surface, as in the paper.
+
+    Samples lie on a regular grid of the parameters of `Primitive.surface`: full turns, and as far as the
+    points reach in the parameters that are lengths. They overestimate by up to half a cell's diagonal.
+    """
+    from scipy.spatial import cKDTree  # takes longer to import than all else here
+
+    samples = primitive.surface(*np.meshgrid(*_spans(primitive, points, grid))).reshape(-1, 3)
+    if not np.isfinite(samples).all():
+        return np.full(len(points), np.inf)
+    return np.asarray(cKDTree(samples).query(points)[0])
+
+
+def _spans(primitive: Primitive, points: Array, grid: int) -> Iterator[Array]:
+    turn = np.linspace(0.0, 2.0 * np.pi, grid)
+    match primitive:
+        case Plane():
+            for direction in basis(primitive.normal):
+                lengths = (points - primitive.point) @ direction
+                yield np.linspace(lengths.min(), lengths.max(), grid)
+            return
+        case Cylinder():
+            heights = (points - primitive.point) @ primitive.axis
+        case Cone():
+            heights = np.maximum((points - primitive.apex) @ primitive.axis, 0.0)
+        case Torus():
+            heights = turn
+        case _:
+            heights = turn / 2
+    yield turn
+    yield np.linspace(heights.min(), heights.max(), grid)

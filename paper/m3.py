@@ -21,7 +21,9 @@ from primfit.fitting.geometry.vectors import Array
 from primfit.models.rough import KINDS
 
 from .method import DIRECTORY, Found
-from .parts.asking import UNSEEN, probabilities, ranked, regressed, seen
+from .parts.asking import probabilities, ranked, regressed, shown
+from .parts.frames import answered
+from .parts.normalization import unit_sphere
 from .parts.stored import restored
 
 POINTS = 512
@@ -40,12 +42,11 @@ class RegressedByPointNet:
 
     def fit(self, points: Array) -> Found:
         """The most probable kind with the parameters that its network says."""
-        cloud = seen(points)
-        if cloud is None:
-            return Found(None, UNSEEN)
-        shown = cloud.shown(POINTS)
-        chances = probabilities(self.kinds, shown)
+        return answered(unit_sphere, self.fit_inside, points)
+
+    def fit_inside(self, points: Array) -> Found:
+        """The same in the unit sphere."""
+        asked = shown(points, POINTS)
+        chances = probabilities(self.kinds, asked)
         kind = ranked(chances)[0]
-        primitive = cloud.restored(regressed(self.regressors[kind], kind, shown))
-        note = "" if primitive else "the parameters are too large for numbers"
-        return Found(primitive, note, (kind,), chances)
+        return Found(regressed(self.regressors[kind], kind, asked), "", (kind,), chances)

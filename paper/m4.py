@@ -28,13 +28,18 @@ from primfit.fitting.primitives.primitive import Primitive
 from primfit.models.rough import KINDS
 
 from .method import DIRECTORY, Found
-from .parts.asking import UNSEEN, Seen, probabilities, ranked, regressed, seen
+from .parts.asking import Probabilities, probabilities, ranked, regressed, shown
+from .parts.frames import answered
 from .parts.least_squares import least_squares
+from .parts.normalization import unit_sphere
 from .parts.stored import restored
 
 POINTS = 1024
 THRESHOLD = 0.15
 """One of the 2,500 clouds that networks are measured on is farther from its own true surface."""
+
+Fitted = tuple[Primitive, str]
+"""A surface, and how it was found where that is worth a note."""
 
 
 class ShapeNets:
@@ -53,21 +58,22 @@ class ShapeNets:
 
     def fit(self, points: Array) -> Found:
         """The most probable kind that is near enough to the points."""
-        cloud = seen(points)
-        if cloud is None:
-            return Found(None, UNSEEN)
-        chances = probabilities(self.kinds, cloud.shown(POINTS))
-        tried: list[tuple[Primitive, str]] = []
-        for kind in ranked(chances):
-            tried.append(self.fitted(kind, cloud))
-            if mean_distance(tried[-1][0], cloud.points) <= THRESHOLD:
-                return answer(cloud, *tried[-1], tried, chances)
-        return answer(cloud, *tried[0], tried, chances)
+        return answered(unit_sphere, self.fit_inside, points)
 
-    def fitted(self, kind: str, cloud: Seen) -> tuple[Primitive, str]:
+    def fit_inside(self, points: Array) -> Found:
+        """The same in the unit sphere."""
+        chances = probabilities(self.kinds, shown(points, POINTS))
+        tried: list[Fitted] = []
+        for kind in ranked(chances):
+            tried.append(self.fitted(kind, points))
+            if mean_distance(tried[-1][0], points) <= THRESHOLD:
+                return answer(tried[-1], tried, chances)
+        return answer(tried[0], tried, chances)
+
+    def fitted(self, kind: str, points: Array) -> Fitted:
         """By least squares, or as regressed where that diverges; and which of the two."""
-        start = regressed(self.regressors[kind], kind, cloud.shown(POINTS))
-        found = least_squares(kind, cloud.points, start)
+        start = regressed(self.regressors[kind], kind, shown(points, POINTS))
+        found = least_squares(kind, points, start)
         return (found, "") if found else (start, "least squares diverges: as regressed")
 
 
@@ -76,14 +82,7 @@ def mean_distance(primitive: Primitive, points: Array) -> float:
     return float(np.abs(primitive.signed_distance(points)).mean())
 
 
-def answer(
-    cloud: Seen,
-    primitive: Primitive,
-    note: str,
-    tried: list[tuple[Primitive, str]],
-    chances: tuple[tuple[str, float], ...],
-) -> Found:
-    """In the unit of the input."""
-    found = cloud.restored(primitive)
-    note = note if found else "the parameters are too large for numbers"
-    return Found(found, note, tuple(each.kind for each, _ in tried), chances)
+def answer(chosen: Fitted, tried: list[Fitted], chances: Probabilities) -> Found:
+    """One of the surfaces that were tried."""
+    primitive, note = chosen
+    return Found(primitive, note, tuple(each.kind for each, _ in tried), chances)

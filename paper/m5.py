@@ -27,8 +27,10 @@ from primfit.fitting.primitives.cone import Cone
 from primfit.fitting.primitives.primitive import Primitive
 
 from .method import DIRECTORY, Found
-from .parts.asking import UNSEEN, Probabilities, probabilities, ranked, seen
+from .parts.asking import Probabilities, probabilities, ranked, shown
+from .parts.frames import answered
 from .parts.least_squares import least_squares
+from .parts.normalization import unit_sphere
 from .parts.numbers import LEAST
 from .parts.stored import restored
 
@@ -50,14 +52,15 @@ class PointNetBundle:
 
     def fit(self, points: Array) -> Found:
         """The kind that most networks name, fitted."""
-        cloud = seen(points)
-        if cloud is None:
-            return Found(None, UNSEEN)
-        shown = cloud.shown(POINTS)
-        votes = [probabilities(network, shown) for network in self.networks]
+        return answered(unit_sphere, self.fit_inside, points)
+
+    def fit_inside(self, points: Array) -> Found:
+        """The same in the unit sphere."""
+        asked = shown(points, POINTS)
+        votes = [probabilities(network, asked) for network in self.networks]
         chances = mean(votes)
         kind = elected([ranked(vote)[0] for vote in votes], chances)
-        primitive = cloud.restored(fitted(kind, cloud.points))
+        primitive = fitted(kind, points)
         note = "" if primitive else f"least squares finds no {kind}"
         return Found(primitive, note, (kind,), chances)
 

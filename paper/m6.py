@@ -19,8 +19,10 @@ from pathlib import Path
 from primfit.fitting.geometry.vectors import Array
 
 from .method import DIRECTORY, Found
-from .parts.asking import UNSEEN, probabilities, ranked, seen
+from .parts.asking import probabilities, ranked, shown
+from .parts.frames import answered
 from .parts.least_squares import least_squares
+from .parts.normalization import unit_sphere
 from .parts.stored import restored
 from .parts.views import principal_views
 
@@ -39,11 +41,12 @@ class AlexNetIso:
 
     def fit(self, points: Array) -> Found:
         """The most probable kind, fitted."""
-        cloud = seen(points)
-        if cloud is None:
-            return Found(None, UNSEEN)
-        chances = probabilities(self.network, principal_views(cloud.shown(POINTS)))
+        return answered(unit_sphere, self.fit_inside, points)
+
+    def fit_inside(self, points: Array) -> Found:
+        """The same in the unit sphere."""
+        chances = probabilities(self.network, principal_views(shown(points, POINTS)))
         kind = ranked(chances)[0]
-        primitive = cloud.restored(least_squares(kind, cloud.points))
+        primitive = least_squares(kind, points)
         note = "" if primitive else f"least squares finds no {kind}"
         return Found(primitive, note, (kind,), chances)

@@ -18,10 +18,11 @@ from primfit.fitting.names import Unit
 from primfit.fitting.primitives import parameters
 from primfit.fitting.primitives.primitive import Primitive
 
-from ..engine.arrays import as_cloud, as_floats
+from ..engine.arrays import FORMAT, as_cloud, as_floats
 from ..engine.fit import config_of
 from ..readers import without_missing
 from ..readers.cloud import PER_POINT, Array, Cloud
+from ..readers.columns import XYZ
 from .drawing import Shape, shape_of
 
 OPTIONS = tuple(signature(config_of).parameters)
@@ -29,7 +30,7 @@ ROUNDINGS = 16
 """Roundings of a coordinate that a distance may hold."""
 
 COUNTS = ("weights", "standard_deviations")
-_ARRAY = Source(None, "array", ("x", "y", "z"))
+_ARRAY = Source(None, FORMAT, XYZ.names)
 
 
 class NothingToExportError(ValueError):

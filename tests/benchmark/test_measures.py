@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from primfit.benchmark.measures import (
+    GRID,
     MOST_SAMPLED,
     distances,
     fitting_errors,
@@ -11,7 +12,6 @@ from primfit.benchmark.measures import (
     l2,
     position_error,
     reference_errors,
-    sampled_distances,
     sampled_errors,
     surface_error,
     truth_errors,
@@ -22,7 +22,7 @@ from primfit.fitting.primitives.plane import Plane
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.primitives.sphere import Sphere
 from primfit.fitting.primitives.torus import Torus
-from primfit.fitting.shrec22 import from_vector, to_vector
+from primfit.fitting.shrec22 import from_vector, sampled_distances, to_vector
 
 ORIGIN = np.zeros(3)
 X, Z = np.eye(3)[0], np.eye(3)[2]
@@ -88,15 +88,15 @@ def test_the_sampled_surface_is_the_surface_but_for_gaps(primitive):
     """Points of the surface are near a sample, and no point is nearer to a sample than to the surface."""
     rng = np.random.default_rng(0)
     on_surface = primitive.surface(rng.uniform(0, 2, 500), rng.uniform(0, 2, 500))
-    assert sampled_distances(primitive, on_surface).max() < 0.1
+    assert sampled_distances(primitive, on_surface, GRID).max() < 0.1
     away = on_surface + 0.3 * primitive.gradient(on_surface)
-    excess = sampled_distances(primitive, away) - distances(primitive, away)
+    excess = sampled_distances(primitive, away, GRID) - distances(primitive, away)
     assert excess.min() > -1e-12 and excess.max() < 0.05
 
 
 def test_samples_beyond_all_bounds_are_infinitely_far():
     with np.errstate(all="ignore"):
-        assert np.isinf(sampled_distances(Torus(ORIGIN, Z, 1e308, 1e308), SQUARE)).all()
+        assert np.isinf(sampled_distances(Torus(ORIGIN, Z, 1e308, 1e308), SQUARE, GRID)).all()
 
 
 def test_sampled_errors_of_large_clouds_look_at_a_part():

@@ -10,6 +10,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="needs torch: make test-torch")
 pytestmark = pytest.mark.torch
 
+from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.names import KINDS
 from primfit.fitting.primitives.cone import Cone
 from primfit.models.weights import load, save
@@ -19,7 +20,9 @@ from primfit.paper.m4 import ShapeNets
 from primfit.paper.m5 import PointNetBundle, cone_by_tangents
 from primfit.paper.m6 import AlexNetIso
 from primfit.paper.method import DIRECTORY
-from primfit.paper.parts.asking import numbers, seen
+from primfit.paper.parts.asking import numbers
+from primfit.paper.parts.frames import answered
+from primfit.paper.parts.normalization import unit_sphere
 from primfit.paper.parts.stored import arrays_of, built, restored
 from primfit.paper.training import running
 from primfit.paper.training.clouds import Clouds, clouds
@@ -189,12 +192,15 @@ def test_degenerate_clouds_are_answered_or_told_why_not(name: str, untrained: Pa
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_is_fitted_to_degenerate_clouds_without_an_error(kind: str, untrained: Path) -> None:
     asked = ShapeNets(untrained)
+
+    def fit(points: Array) -> method.Found:
+        m5.fitted(kind, points)
+        primitive, _ = asked.fitted(kind, points)
+        assert primitive.kind == kind
+        return method.Found(primitive)
+
     for points in degenerate().values():
-        cloud = seen(points)
-        if cloud is not None:
-            m5.fitted(kind, cloud.points)
-            primitive, _ = asked.fitted(kind, cloud)
-            assert primitive.kind == kind
+        answered(unit_sphere, fit, points)
 
 
 def test_m4_takes_the_next_kind_where_the_first_is_far(untrained: Path) -> None:
@@ -204,9 +210,9 @@ def test_m4_takes_the_next_kind_where_the_first_is_far(untrained: Path) -> None:
     far = np.random.default_rng(2).normal(size=(300, 3))
     found = asked.fit(far)
     assert 1 <= len(found.attempts) <= 5
-    cloud = seen(far)
-    fitted = [asked.fitted(kind, cloud)[0] for kind in found.attempts]
-    near = [m4.mean_distance(primitive, cloud.points) <= m4.THRESHOLD for primitive in fitted]
+    inside = unit_sphere(far).normalize(far)
+    fitted = [asked.fitted(kind, inside)[0] for kind in found.attempts]
+    near = [m4.mean_distance(primitive, inside) <= m4.THRESHOLD for primitive in fitted]
     assert not any(near[:-1]) and (near[-1] or len(near) == 5)
 
 

@@ -7,16 +7,13 @@ from ...methods import PAPER, PUBLISHED
 from ...real import REAL
 from ...records import SAMPLED, Record
 from ...scores import confusion, grouped, macro, rates
-from .. import paper
+from .. import beside_paper, paper
 from ..cells import five, level_name, macro_rates, median, name_of, rate_text
 from ..data import OURS, Data, median_seconds
 from ..markdown import NOTHING, milliseconds, scientific, table
 
 BESIDE = "shrec"
 """The set whose clouds are like those of which the paper has figures."""
-
-PUBLISHED_ERRORS = {"l2": "l2", "mfe_sampled": "mfe", "hausdorff_sampled": "hausdorff"}
-"""Our measure and that of the paper's table 2."""
 
 Cell = Callable[[Sequence[Record]], str]
 
@@ -30,11 +27,7 @@ def shown(data: Data, set_: str) -> dict[str, list[Record]]:
 def errors_of(set_: str) -> dict[str, str]:
     """The measures of a set, as records and as readers call them."""
     if set_ in SAMPLED:
-        return {
-            "l2": "L2",
-            "mfe_sampled": "MFE, sampled surface",
-            "hausdorff_sampled": "directed Hausdorff, sampled surface",
-        }
+        return {error: beside_paper.TABLE_2[error] for error in beside_paper.PUBLISHED}
     known = {} if set_ == REAL else {lengths_of(set_): "parameter error"}
     return known | {"mfe": "MFE", "hausdorff": "directed Hausdorff"}
 
@@ -72,7 +65,7 @@ def _of_error(data: Data, set_: str, error: str) -> Iterator[list[str]]:
     for method, records in shown(data, set_).items():
         yield [name_of(method), *five([record.error(error) for record in records])]
         if set_ == BESIDE and method in PAPER:
-            published = paper.ERRORS[PUBLISHED_ERRORS[error]][method.upper()]
+            published = paper.ERRORS[beside_paper.PUBLISHED[error]][method.upper()]
             yield [f"{method.upper()} (paper)", *map(scientific, published)]
 
 

@@ -106,7 +106,7 @@ function Unrolled() {
   useSignalEffect(() => {
     chart.value = null;
     const make = charting();
-    return make ? afterPaint(() => (chart.value = make())) : undefined;
+    return make ? afterPaint(() => (chart.value ??= make())) : undefined;
   });
   useSignalEffect(() => {
     const context = canvas.current?.getContext("2d");
