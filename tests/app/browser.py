@@ -151,8 +151,13 @@ class Browser:
         return base64.b64decode(reply.json()["value"])
 
     def wait_for(self, condition: str) -> None:
-        """Wait until an expression is true on the page."""
-        wait_for(lambda: bool(self.run(f"return {condition}")))
+        """Wait until an expression is true on the page; where it never is, tell what is seen instead."""
+        try:
+            wait_for(lambda: bool(self.run(f"return {condition}")))
+        except AssertionError as late:
+            late.add_note(f"{condition}\nThe page shows: {self.run('return document.body.innerText')!r}")
+            late.add_note(f"The console says: {self.complaints()}")
+            raise
 
     def close(self) -> None:
         self._driver.delete(self._session)
