@@ -7,6 +7,7 @@ off. They learn from clouds of the seed and are measured on clouds of the seed +
 """
 
 import argparse
+import os
 import signal
 import sys
 import time
@@ -115,10 +116,11 @@ def train(run: Run, chosen: list[Stage], processes: int) -> None:
 
 
 def stop(*_: object) -> None:
-    """When this process is told to end, those that it began do so, too."""
+    """When this process is told to end, those that it began do so, too, and what waits is not begun."""
     for child in active_children():
         child.terminate()
-    sys.exit("told to end; the same command goes on from the last checkpoints")
+    print("told to end; the same command goes on from the last checkpoints", file=sys.stderr, flush=True)
+    os._exit(1)
 
 
 def options() -> argparse.ArgumentParser:

@@ -1,6 +1,8 @@
 """A few steps of training: the same bytes twice, and after a cut; cards that say what they stand beside."""
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +22,7 @@ from primfit.paper.m4 import ShapeNets
 from primfit.paper.m5 import PointNetBundle, cone_by_tangents
 from primfit.paper.m6 import AlexNetIso
 from primfit.paper.method import DIRECTORY
-from primfit.paper.parts.asking import numbers
+from primfit.paper.parts.asking import numbers, ranked
 from primfit.paper.parts.frames import answered
 from primfit.paper.parts.normalization import unit_sphere
 from primfit.paper.parts.stored import arrays_of, built, restored
@@ -101,6 +103,17 @@ def test_a_quick_run_trains_what_is_not_finished(tmp_path: Path, capfd: pytest.C
     assert {file.name: file.read_bytes() for file in (tmp_path / "out").glob("*.json")} == cards
 
 
+def test_a_run_that_is_told_to_end_begins_nothing_more(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "primfit.paper.training", "--quick", "--processes", "1"]
+    places = ["--out", tmp_path / "out", "--cache", tmp_path / "cache"]
+    names = [f"m4-{kind}" for kind in KINDS]
+    with subprocess.Popen([*command, *places, "--only", *names], stdout=subprocess.PIPE, text=True) as run:
+        assert run.stdout is not None and run.stdout.readline().startswith("m4-plane: ")
+        run.terminate()
+        assert run.wait(60) == 1
+        assert "m4-torus" not in run.stdout.read()
+
+
 @pytest.mark.parametrize(
     "given, said", [(["--quick"], "an --out of its own"), (["--only", "m9"], "--only: m9; there are m4-kind")]
 )
@@ -140,13 +153,13 @@ def test_what_is_stored_says_what_was_measured(few: Clouds, tmp_path: Path) -> N
     assert measured(stage, stored, few)["clouds"] == 40
 
 
-@pytest.mark.parametrize("card", sorted(DIRECTORY.glob("m[3456]-*.json")), ids=lambda card: card.stem)
-def test_shipped_weights_are_those_of_their_stage(card: Path) -> None:
-    said = json.loads(card.read_text(encoding="utf-8"))
-    stage: Stage = STAGES[card.stem]
+@pytest.mark.parametrize("name", STAGES)
+def test_shipped_weights_are_those_of_their_stage(name: str) -> None:
+    said = json.loads((DIRECTORY / f"{name}.json").read_text(encoding="utf-8"))
+    stage: Stage = STAGES[name]
     run = Run(running.SEED, running.CLOUDS, running.VALIDATION, DIRECTORY, running.CACHE)
     assert said["seed"] == running.SEED and said["recipe"] == run.recipe(stage)
-    restored(card.stem)
+    restored(name)
 
 
 @pytest.mark.parametrize("name", ["m3", "m4", "m5", "m6"])
@@ -203,17 +216,32 @@ def test_every_kind_is_fitted_to_degenerate_clouds_without_an_error(kind: str, u
         answered(unit_sphere, fit, points)
 
 
-def test_m4_takes_the_next_kind_where_the_first_is_far(untrained: Path) -> None:
+def test_m4_takes_the_next_kind_where_another_is_nearer(untrained: Path) -> None:
     asked = ShapeNets(untrained)
-    names = [kind for kind, _ in asked.fit(np.random.default_rng(2).normal(size=(300, 3))).probabilities]
-    assert names == list(KINDS)
-    far = np.random.default_rng(2).normal(size=(300, 3))
-    found = asked.fit(far)
-    assert 1 <= len(found.attempts) <= 5
-    inside = unit_sphere(far).normalize(far)
-    fitted = [asked.fitted(kind, inside)[0] for kind in found.attempts]
-    near = [m4.mean_distance(primitive, inside) <= m4.THRESHOLD for primitive in fitted]
-    assert not any(near[:-1]) and (near[-1] or len(near) == 5)
+    points = np.random.default_rng(2).normal(size=(300, 3))
+    found = asked.fit(points)
+    inside = unit_sphere(points).normalize(points)
+    order = ranked(found.probabilities)
+    fitted = [asked.fitted(kind, inside)[0] for kind in order]
+    distances = [m4.mean_distance(primitive, inside) for primitive in fitted]
+    accepted = len(found.attempts) - 1
+    assert list(found.attempts) == order[: accepted + 1]
+    assert distances[accepted] <= m4.NEARER * min(distances) < min([*distances[:accepted], np.inf])
+
+
+@pytest.mark.parametrize(
+    ("distances", "accepted"),
+    [
+        ([0.2, 0.1, 0.3], 1),
+        ([0.102, 0.1, 0.3], 0),
+        ([0.2, 0.104, 0.1], 2),
+        ([3e-16, 1e-16, 0.2], 0),
+        ([np.inf, 0.1, np.inf], 1),
+        ([np.inf, np.inf], 0),
+    ],
+)
+def test_the_first_surface_about_as_near_as_the_nearest(distances: list[float], accepted: int) -> None:
+    assert m4.first_near(distances) == accepted
 
 
 def test_the_majority_decides_and_the_mean_where_there_is_none() -> None:
