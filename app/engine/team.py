@@ -303,12 +303,12 @@ def _serve(pipe: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         while True:
-            pipe.send(_done(pipe.recv_bytes()))
+            pipe.send(done(pipe.recv_bytes()))
     except (EOFError, OSError):
         return
 
 
-def _done(message: bytes) -> tuple[list[Any], None] | tuple[None, Exception]:
+def done(message: bytes) -> tuple[list[Any], None] | tuple[None, Exception]:
     """The results of a chunk, or what one of its jobs raised."""
     try:
         function, jobs = pickle.loads(message)
