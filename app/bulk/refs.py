@@ -41,8 +41,8 @@ class Ref:
     @classmethod
     def from_plain(cls, plain: list[Any]) -> "Ref":
         """The reference that `to_plain` gave."""
-        *known, last = plain
-        return cls(*known, tuple(last)) if len(plain) == len(cls.__slots__) else cls(*known, last)
+        id, file, label, n_points, store, start, stop, *problem = plain
+        return cls(id, file, label, n_points, store, start, stop, tuple(problem[0]) if problem else None)
 
 
 def file_id(file: str) -> str:
