@@ -3,7 +3,6 @@
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from primfit.fitting.shrec22 import LAYOUT
 
+from ..bulk.places import write_whole
 from ..engine.answer import to_json
 from ..engine.names import Ids, plain
 from ..engine.shrec22 import prediction
@@ -210,14 +210,14 @@ class Keeper:
     def _written(self, content: Mapping[str, Any]) -> Problem | None:
         """Why it was not written; None where it was."""
         if self.format == "json":
-            _write(self.target, to_json(content) + b"\n")
+            write_whole(str(self.target), to_json(content) + b"\n")
         elif content["primitive"] is None:
             return Problem(self.name, f"nothing to write: {content['message']}")
         elif content["primitive"]["kind"] not in LAYOUT:
             kind = content["primitive"]["kind"]
             return Problem(self.name, f"nothing to write: the SHREC 2022 track has no {kind}")
         else:
-            _write(self.target, prediction(content["primitive"]).encode())
+            write_whole(str(self.target), prediction(content["primitive"]).encode())
         return None
 
     def _part(self, answer: Answer) -> "Part | None":
@@ -232,21 +232,3 @@ class Keeper:
         if self.gather.pictures:
             part = pictured(part)
         return replace(part, recognition=replace(answer[0], points=None))
-
-
-def _write(target: Path, text: bytes) -> None:
-    """Write all of it or nothing, so that an interrupted run leaves no half of an answer.
-
-    It is renamed from a random name: one made from that of the answer may be the name of an input.
-    """
-    target.parent.mkdir(parents=True, exist_ok=True)
-    part = target.with_name(f".{os.urandom(8).hex()}.part")
-    try:
-        with part.open("xb") as stream:
-            stream.write(text)
-        os.replace(part, target)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(target)) from None
-    finally:
-        with suppress(OSError):  # it is there after a failure only
-            part.unlink()

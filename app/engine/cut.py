@@ -123,7 +123,7 @@ def cut(cloud: Cloud) -> Cut:
     Raises `InvalidPointCloudError` where labels are no whole numbers or strings, or lengths differ.
     """
     assert cloud.labels is not None
-    labels, arrays = _whole(cloud.labels), per_point(cloud)
+    labels, arrays = whole_labels(cloud.labels), per_point(cloud)
     n_points = len(arrays["points"]) if arrays["points"].ndim else 0
     for name, array in {"labels": labels, **arrays}.items():
         if array.shape[:1] != (n_points,):
@@ -134,7 +134,7 @@ def cut(cloud: Cloud) -> Cut:
     return Cut(cloud, values, rows, [*starts.tolist(), n_points])
 
 
-def _whole(labels: NDArray[Any]) -> NDArray[Any]:
+def whole_labels(labels: NDArray[Any]) -> NDArray[Any]:
     """Labels (N,) as integers or strings; floats that are whole numbers are taken for what they mean."""
     if labels.ndim != 1:
         raise InvalidPointCloudError(f"labels have shape {labels.shape}; (N,) is needed", "labels")

@@ -65,9 +65,10 @@ def batch(
     Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
     """
     from ...engine.team import LostWorkerError
+    from ...readers.formats import SUFFIXES
     from ..batch import InterruptedRunError, run
     from ..gathered import Gathered
-    from ..plan import SUFFIXES, CollisionError, plan
+    from ..plan import CollisionError, plan
 
     options = of.checked(context.params)
     try:
