@@ -216,7 +216,9 @@ def part_files(out: Path) -> list[Path]:
 def progress_of(out: Path) -> tuple[int, int] | None:
     """How many tasks of the run in a folder are finished, and of how many; None where there is no run."""
     known = _manifest(out)
-    return known and (len(known["parts"]), (known["plan"] or {"tasks": 0})["tasks"])
+    if known is None:
+        return None
+    return len(known["parts"]), 0 if known["plan"] is None else known["plan"]["tasks"]
 
 
 def _number(file: Path) -> int:
