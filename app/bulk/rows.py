@@ -48,6 +48,9 @@ _WORDS = ("status", "kind", "unit", "noise_model", "conformance")
 """Columns of few words, of which each is stored once a file."""
 
 BOX = ("xmin", "ymin", "zmin", "xmax", "ymax", "zmax")
+COVERING = ("xmin", "ymin", "xmax", "ymax")
+"""Sides of a box, and those of them that GeoParquet 1.1 names."""
+
 _POINT_Z = struct.Struct("<BI3d")
 _WKB_POINT_Z = 1001
 
@@ -133,7 +136,7 @@ def geo_of(box: Sequence[float] | None) -> bytes:
         "encoding": "WKB",
         "geometry_types": ["Point Z"],
         "crs": None,
-        "covering": {"bbox": {side: ["bbox", side] for side in BOX}},
+        "covering": {"bbox": {side: ["bbox", side] for side in COVERING}},
     }
     if box is not None:
         column["bbox"] = list(box)

@@ -215,7 +215,7 @@ def _name(name: str) -> str:
 
 
 def answers_of(selection: Selection) -> Sequence[Part]:
-    """All answers of a selection; raises `BadQueryError` where the column of that name holds something else."""
+    """All answers of a selection; raises `BadQueryError` where the column `answer` holds none."""
     try:
         return list(selection.parts())
     except (KeyError, TypeError, ValueError) as error:

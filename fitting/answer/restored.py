@@ -22,8 +22,8 @@ from .values import ErrorSummary, NoiseSummary
 def restored(answer: Mapping[str, Any]) -> Recognition:
     """The answer of `POST /fit`, `answer`, as the recognition that it was made from, number for number.
 
-    It has no points, and does not know its `inlier_rule`. Raises `KeyError`, `TypeError` or `ValueError` where
-    `answer` is none.
+    It has no points, and does not know its `inlier_rule`. Raises `KeyError`, `TypeError` or `ValueError` for
+    what is no answer.
     """
     receipt = answer["receipt"]
     return Recognition(
