@@ -12,9 +12,10 @@ from primfit.fitting.shrec22 import LAYOUT
 
 from ..bulk.places import write_whole
 from ..engine.answer import to_json
+from ..engine.executors import AnyTeam
 from ..engine.names import Ids, plain
 from ..engine.shrec22 import prediction
-from ..engine.team import Team, chunks
+from ..engine.team import chunks
 from .files import Answer, Problem, Source, answer_file, answer_segments
 from .identity import identity
 from .plan import ENDINGS, Plan, folder_of
@@ -74,11 +75,13 @@ def run(
     plan: Plan,
     format: str,
     options: Mapping[str, Any],
-    workers: int,
+    workers: AnyTeam,
     labels: str | None = None,
     gather: Gather | None = None,
 ) -> Summary:
     """Answer every input, write what was found, and say what was not; progress shows on a terminal.
+
+    `workers` share the work; they begin and end here.
 
     Raises
     ------
@@ -99,7 +102,7 @@ def run(
     columns = (TextColumn("fitting"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     try:
         with (
-            Team(workers if labels else min(workers, len(targets))) as team,
+            workers as team,
             Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress,
         ):
             task = progress.add_task("fitting", total=len(targets))
@@ -121,7 +124,7 @@ def _kept(
     options: Mapping[str, Any],
     labels: str | None,
     gather: Gather | None,
-    team: Team,
+    team: AnyTeam,
 ) -> Iterator[tuple[int, Kept]]:
     """The number of an input, and what came of it, or of each of its segments."""
     places = _Places(plan, format, gather, labels)

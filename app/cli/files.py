@@ -15,9 +15,10 @@ from primfit.fitting.names import ANSWER_PARTS
 from ..bulk.refs import read_cloud
 from ..engine.answer import answered, answered_prepared
 from ..engine.cut import Label, Piece, cut_cloud, pieces
+from ..engine.executors import AnyTeam
 from ..engine.fit import prepared
 from ..engine.names import base_name, plain
-from ..engine.team import Outcome, Ready, Team, chunks
+from ..engine.team import Outcome, Ready, chunks
 from ..readers import Cloud, UnreadableFileError
 from .identity import STDIN
 
@@ -153,7 +154,7 @@ def answer_segments(
     names: Sequence[str],
     options: Mapping[str, Any],
     labels: str,
-    team: Team,
+    team: AnyTeam,
     keep: Callable[[Source], Keep[R]],
 ) -> Iterator[tuple[Source, R]]:
     """What comes of the answers for the segments of many files: file by file, in each by label, ascending.
@@ -193,7 +194,7 @@ def _opened(
     names: Sequence[str],
     options: Mapping[str, Any],
     labels: str,
-    team: Team,
+    team: AnyTeam,
     keep: Callable[[Source], Keep[R]],
 ) -> Iterator[tuple[_FileJob[R], _CutFile | R]]:
     """Each file, cut; of one without labels, or that is bad, what comes of its answer."""

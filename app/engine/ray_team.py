@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import socket
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -13,6 +14,9 @@ from .team import AHEAD, KEEP_MEMORY, ONE_THREAD, LostWorkerError, Outcome, done
 
 ASKED_EVERY = 5.0
 """Seconds after which the number of processors is asked for again: clusters grow and shrink."""
+
+ANSWERS_WITHIN = 10.0
+"""Seconds in which a cluster answers that is there."""
 
 NAMES = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0"}
 """What Ray is told unless the environment says otherwise: to report nothing of its use to its makers, and to
@@ -55,15 +59,13 @@ class RayTeam:
     """
 
     def __init__(self, workers: int | None = None, address: str | None = None) -> None:
+        self._ray = _ray()
         self._workers, self._address = workers, address
         self._processors, self._counted = 1, float("-inf")
         self._queue: deque[_Asked[Any]] = deque()
         self._under_way: dict[Any, _Asked[Any]] = {}
 
     def __enter__(self) -> Self:
-        for name, value in NAMES.items():
-            os.environ.setdefault(name, value)
-        self._ray = _ray()
         self._joined = not self._ray.is_initialized()
         if self._joined:
             _join(self._ray, self._address)
@@ -145,6 +147,8 @@ class RayTeam:
 
 
 def _ray() -> Any:
+    for name, value in NAMES.items():
+        os.environ.setdefault(name, value)
     try:
         import ray
         import ray.exceptions
@@ -155,11 +159,23 @@ def _ray() -> Any:
 
 def _join(ray: Any, address: str | None) -> None:
     """Raises `ClusterError`."""
+    _check_reachable(address)
     try:
         ray.init(address=address, include_dashboard=False, log_to_driver=False, logging_level="error")
     except (ConnectionError, OSError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
         where = "there is no cluster" if address is None else f"there is no cluster at {address}"
         raise ClusterError(f"{where}: {_line(error)}") from None
+
+
+def _check_reachable(address: str | None) -> None:
+    """Raise `ClusterError` where nobody listens: Ray itself tries for minutes, and then ends this process."""
+    host, colon, port = (address or "").rpartition(":")
+    if not colon or not port.isdigit():
+        return
+    try:
+        socket.create_connection((host.rpartition("//")[2], int(port)), timeout=ANSWERS_WITHIN).close()
+    except OSError as error:
+        raise ClusterError(f"there is no cluster at {address}: {error.strerror or error}") from None
 
 
 def _environment() -> dict[str, str]:
