@@ -26,6 +26,9 @@ from .tasks import Task
 MOST_LOST = 5
 """Times that a task may lose its process without one of its segments being to blame."""
 
+MOST_ENDED = 10
+"""Segments in a row that end their processes: then it is something else that does."""
+
 POISON = "the process that fitted it ended, and another one did, too: it may need more memory than there is"
 
 Told = Callable[[Task, Part], None]
@@ -58,8 +61,9 @@ def run(run: Run, team: AnyTeam, options: Mapping[str, Any], told: Told = lambda
     if not lost:
         return
     with Team(1, apart=True) as apart:
+        care = _Care(apart, options)
         for task in lost:
-            _finish(run, task, _carefully(apart, run.writer, options, task), told)
+            _finish(run, task, care.part(run.writer, task), told)
 
 
 def _round(
@@ -138,34 +142,34 @@ def row_of(options: Mapping[str, Any], ref: Ref) -> Row:
 _OF_THE_FILE = (FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError)
 
 
-def _carefully(apart: Team, writer: Writer, options: Mapping[str, Any], task: Task) -> Part:
-    """Do a task segment by segment; raises `LostTaskError`."""
-    care = _Care(apart, options)
-    try:
-        return writer.write(task, [care.row(ref) for ref in task.refs])
-    except LostWorkerError as error:
-        raise LostTaskError(
-            f"task {task.number} lost its process {care.lost} times, and no segment is to blame ({error}); "
-            "is there enough memory?"
-        ) from None
-
-
 class _Care:
-    """Segments one by one in one process; `lost` counts what no segment is to blame for."""
+    """Tasks done segment by segment in one process.
+
+    `_lost` counts the processes of a task that no segment is to blame for; `_ended` the segments in a row that
+    ended theirs, of all tasks.
+    """
 
     def __init__(self, apart: Team, options: Mapping[str, Any]) -> None:
         self._apart, self._work = apart, partial(row_of, options)
-        self.lost = 2
+        self._lost = self._ended = 0
 
-    def row(self, ref: Ref) -> Row:
+    def part(self, writer: Writer, task: Task) -> Part:
+        """Do a task; raises `LostTaskError`."""
+        self._lost = 2
+        return writer.write(task, [self._row(ref) for ref in task.refs])
+
+    def _row(self, ref: Ref) -> Row:
         for attempt in range(2):
             self._wait_for_a_process()
             try:
                 [row] = self._apart.submit(self._work, [ref]).results()
             except LostWorkerError:
                 continue
-            self.lost += attempt
+            self._lost, self._ended = self._lost + attempt, 0
             return row
+        self._ended += 1
+        if self._ended >= MOST_ENDED:
+            raise LostTaskError(f"{self._ended} segments in a row ended their processes, up to {ref.id}")
         return problem_row(ref, POISON)
 
     def _wait_for_a_process(self) -> None:
@@ -174,10 +178,12 @@ class _Care:
             try:
                 self._apart.submit(_nothing, [None]).results()
                 return
-            except LostWorkerError:
-                self.lost += 1
-                if self.lost >= MOST_LOST:
-                    raise
+            except LostWorkerError as error:
+                self._lost += 1
+                if self._lost >= MOST_LOST:
+                    raise LostTaskError(
+                        f"a task lost its process {self._lost} times, and no segment is to blame: {error}"
+                    ) from None
 
 
 def _nothing(_: None) -> None:
