@@ -12,10 +12,12 @@ Nothing is mapped into memory, since mapped pages count as used.
 
 import heapq
 import shutil
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
+from math import prod
 from pathlib import Path
 from typing import Any, BinaryIO
 from zlib import crc32
@@ -24,11 +26,9 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from primfit.fitting.errors import InvalidPointCloudError
-
-from ..engine.cut import Label, whole_labels
+from ..engine.cut import Label, labels_of
 from ..readers import Cloud
-from ..readers.cloud import Array
+from ..readers.cloud import Array, per_point
 from . import places
 
 PIECE = 500_000
@@ -38,6 +38,7 @@ _MOST_BUCKETS = 64
 """Two files of each are open at once, and a process may open 256 on some systems."""
 
 _SUFFIX = ".segments"
+_TOLD = ("format", "options", "label_column", "unit", "unit_from")
 _SPREAD = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio: near labels fall into far buckets
 
 Labels = NDArray[np.int64]
@@ -63,11 +64,16 @@ def segment(store: str, start: int, stop: int) -> Cloud:
     head = _head(store)
     width = head["width"]
     data = places.read_range(store, 8 * width * start, 8 * width * (stop - start))
-    rows = np.frombuffer(data, "<f8").reshape(-1, width)
-    normals = rows[:, 3:].copy() if head["normals"] else None
-    told = {name: head[name] for name in ("format", "label_column", "unit", "unit_from")}
+    rows, begin, arrays = np.frombuffer(data, "<f8").reshape(-1, width), 0, {}
+    for name, shape in head["shapes"].items():
+        end = begin + prod(shape)
+        arrays[name] = rows[:, begin:end].reshape(-1, *shape).astype(np.float64)
+        begin = end
+    if not head["trusted"]:
+        del arrays["normals"]
+    told = {name: head[name] for name in _TOLD}
     columns, warnings = tuple(head["columns"]), tuple(head["warnings"])
-    return Cloud(rows[:, :3].copy(), columns, normals=normals, warnings=warnings, **told)
+    return Cloud(**{"normals": None, **arrays, **told}, columns=columns, warnings=warnings)
 
 
 def segments(store: str) -> Iterator[tuple[Label, int, int]]:
@@ -131,41 +137,37 @@ def group(pieces: Iterable[Cloud], store: Path, n_buckets: int) -> None:
 def _spread(pieces: Iterable[Cloud], buckets: "list[_Bucket]") -> dict[str, Any]:
     """Append the points to the buckets of their labels; what else is known of the cloud."""
     first: Cloud | None = None
-    width, trusted, n_points = 3, True, 0
+    shapes: dict[str, tuple[int, ...]] = {}
+    n_points, n_normals = 0, 0
     for cloud in pieces:
         if first is None:
-            first, width = cloud, 3 if cloud.normals is None else 6
-        trusted = trusted and cloud.normals is not None
+            first, shapes = cloud, {name: values.shape[1:] for name, values in per_point(cloud).items()}
         n_points += len(cloud.points)
-        _append(cloud, width, buckets)
+        n_normals += 0 if cloud.normals is None else len(cloud.points)
+        _append(cloud, shapes, buckets)
     assert first is not None
+    # A piece without normals has one without a direction: then none is trusted.
+    trusted = "normals" not in shapes or n_normals == n_points
     columns = first.columns if trusted else first.columns[:3]
-    told = {name: getattr(first, name) for name in ("format", "label_column", "unit", "unit_from")}
-    counted = {"n_points": n_points, "width": width, "normals": trusted}
-    return {**told, **counted, "columns": list(columns), "warnings": list(first.warnings)}
+    told = {name: getattr(first, name) for name in _TOLD}
+    counted = {"n_points": n_points, "width": sum(map(prod, shapes.values())), "shapes": shapes}
+    return {**told, **counted, "trusted": trusted, "columns": columns, "warnings": first.warnings}
 
 
-def _append(cloud: Cloud, width: int, buckets: "list[_Bucket]") -> None:
-    assert cloud.labels is not None
-    labels = whole_labels(cloud.labels)
-    if len(labels) != len(cloud.points):
-        raise InvalidPointCloudError(f"{len(labels)} labels for {len(cloud.points)} points", "labels")
-    rows = cloud.points if width == 3 else np.column_stack([cloud.points, _normals(cloud)])
+def _append(cloud: Cloud, shapes: Mapping[str, tuple[int, ...]], buckets: "list[_Bucket]") -> None:
+    labels, arrays, n_points = labels_of(cloud), per_point(cloud), len(cloud.points)
+    values = [arrays.get(name, np.zeros((n_points, *shape))) for name, shape in shapes.items()]
+    rows = values[0] if len(values) == 1 else np.column_stack([v.reshape(n_points, -1) for v in values])
     if labels.dtype.kind in "iu":
-        numbers = labels.astype(np.int64)
-        which, codes = _buckets_of(numbers, len(buckets)), numbers
+        codes = labels.astype(np.int64)
+        which = _buckets_of(codes, len(buckets))
     else:
         which, codes = _coded(labels, buckets)
     order = np.argsort(which.astype(np.uint16), kind="stable")
     bounds = np.searchsorted(which[order], np.arange(len(buckets) + 1)).tolist()
-    for bucket, start, stop in zip(buckets, bounds, bounds[1:], strict=False):
-        chosen = order[start:stop]
-        if len(chosen):
-            bucket.append(codes[chosen], rows[chosen])
-
-
-def _normals(cloud: Cloud) -> Array:
-    return np.zeros_like(cloud.points) if cloud.normals is None else cloud.normals
+    for bucket, (start, stop) in zip(buckets, pairwise(bounds), strict=True):
+        if stop > start:
+            bucket.append(codes[order[start:stop]], rows[order[start:stop]])
 
 
 def _buckets_of(labels: Labels, n_buckets: int) -> NDArray[Any]:
