@@ -12,7 +12,8 @@ Nothing is mapped into memory, since mapped pages count as used.
 
 import heapq
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import lru_cache
@@ -26,7 +27,7 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from ..engine.cut import Label, labels_of
+from ..engine.cut import Label, in_order, labels_of
 from ..readers import Cloud
 from ..readers.cloud import Array, per_point
 from . import places
@@ -213,15 +214,13 @@ class _Bucket:
 
     def count(self) -> None:
         """Write a line with each label, ascending, and its number of points."""
-        ranks, names = self._ranked()
-        counts = np.zeros(len(names), np.int64)
+        names, counts = self._names(), Counter[Label]()
         for codes in self._codes():
-            counts += np.bincount(ranks(codes), minlength=len(names))
+            found, _, starts = in_order(codes)
+            for code, (start, stop) in zip(found, pairwise([*starts.tolist(), len(codes)]), strict=True):
+                counts[names[int(code)] if names else code] += stop - start
         with self._file("counts", "wb") as file:
-            file.writelines(
-                orjson.dumps([name, count]) + b"\n"
-                for name, count in zip(names, counts.tolist(), strict=True)
-            )
+            file.writelines(orjson.dumps(told) + b"\n" for told in sorted(counts.items()))
 
     def counted(self, number: int) -> Iterator[tuple[Label, int, int]]:
         """What `count` wrote, with the number of the bucket in between."""
@@ -238,21 +237,23 @@ class _Bucket:
         """Write each point to its place."""
         if not self._has("rows"):
             return
-        ranks, _ = self._ranked()
-        with self._file("starts", "rb") as file:
-            places = np.fromfile(file, "<i8")
+        names, places = self._names(), self._places()
         with self._file("rows", "rb") as file:
             for codes in self._codes():
                 rows = np.fromfile(file, "<f8", len(codes) * width).reshape(-1, width)
-                which = ranks(codes)
-                order = np.argsort(which, kind="stable")
-                found, counts = np.unique(which, return_counts=True)
-                rows, begin = rows[order], 0
-                for place, count in zip(places[found].tolist(), counts.tolist(), strict=True):
-                    store.seek(8 * width * place)
-                    store.write(rows[begin : begin + count].data)
-                    begin += count
-                places[found] += counts
+                found, order, starts = in_order(codes)
+                rows = rows[order]
+                for code, (start, stop) in zip(found, pairwise([*starts.tolist(), len(codes)]), strict=True):
+                    label = names[int(code)] if names else code
+                    store.seek(8 * width * places[label])
+                    store.write(rows[start:stop].data)
+                    places[label] += stop - start
+
+    def _places(self) -> dict[Label, int]:
+        """Where the first point of each label goes."""
+        with self._file("starts", "rb") as file:
+            starts = np.fromfile(file, "<i8").tolist()
+        return {label: start for (label, *_), start in zip(self.counted(0), starts, strict=True)}
 
     def _codes(self) -> Iterator[Labels]:
         if self._has("labels"):
@@ -260,19 +261,12 @@ class _Bucket:
                 while len(codes := np.fromfile(file, "<i8", PIECE)):
                     yield codes
 
-    def _ranked(self) -> tuple[Callable[[Labels], NDArray[np.intp]], list[Label]]:
-        """The labels, ascending, and what tells the places of codes (N,) among them."""
+    def _names(self) -> list[str]:
+        """The strings that the codes stand for; none where the codes are the labels."""
         if not self.n_names:
-            labels = np.empty(0, np.int64)
-            for codes in self._codes():
-                labels = np.union1d(labels, codes)
-            return (lambda codes: np.searchsorted(labels, codes).astype(np.intp)), list(labels.tolist())
+            return []
         with self._file("names", "rb") as file:
-            told = [orjson.loads(line) for line in file]
-        names = sorted(set(told))
-        rank = {name: i for i, name in enumerate(names)}
-        table = np.array([rank[name] for name in told], np.intp)
-        return table.__getitem__, names
+            return [orjson.loads(line) for line in file]
 
     def _has(self, what: str) -> bool:
         return self.path.with_suffix(f".{what}").exists()

@@ -105,7 +105,7 @@ def cut(cloud: Cloud) -> Cut:
     Raises `InvalidPointCloudError` where labels are no whole numbers or strings, or lengths differ.
     """
     labels = labels_of(cloud)
-    values, rows, starts = _sorted(labels)
+    values, rows, starts = in_order(labels)
     return Cut(cloud, values, rows, [*starts.tolist(), len(labels)])
 
 
@@ -136,7 +136,7 @@ def _whole(labels: NDArray[Any]) -> NDArray[Any]:
     raise InvalidPointCloudError("labels must be whole numbers or strings", "labels")
 
 
-def _sorted(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
+def in_order(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
     """The labels there are, ascending; the rows (N,), label by label; and where the rows of each begin."""
     if labels.dtype.kind in "iu":
         rows = np.argsort(_narrow(labels), kind="stable")
