@@ -12,10 +12,13 @@ Nothing is mapped into memory, since mapped pages count as used.
 
 import heapq
 import shutil
-from collections.abc import Callable, Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
+from math import prod
 from pathlib import Path
 from typing import Any, BinaryIO
 from zlib import crc32
@@ -24,11 +27,9 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from primfit.fitting.errors import InvalidPointCloudError
-
-from ..engine.cut import Label, whole_labels
+from ..engine.cut import Label, in_order, labels_of
 from ..readers import Cloud
-from ..readers.cloud import Array
+from ..readers.cloud import Array, per_point
 from . import places
 
 PIECE = 500_000
@@ -38,6 +39,7 @@ _MOST_BUCKETS = 64
 """Two files of each are open at once, and a process may open 256 on some systems."""
 
 _SUFFIX = ".segments"
+_TOLD = ("format", "options", "label_column", "unit", "unit_from")
 _SPREAD = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio: near labels fall into far buckets
 
 Labels = NDArray[np.int64]
@@ -63,11 +65,16 @@ def segment(store: str, start: int, stop: int) -> Cloud:
     head = _head(store)
     width = head["width"]
     data = places.read_range(store, 8 * width * start, 8 * width * (stop - start))
-    rows = np.frombuffer(data, "<f8").reshape(-1, width)
-    normals = rows[:, 3:].copy() if head["normals"] else None
-    told = {name: head[name] for name in ("format", "label_column", "unit", "unit_from")}
+    rows, begin, arrays = np.frombuffer(data, "<f8").reshape(-1, width), 0, {}
+    for name, shape in head["shapes"].items():
+        end = begin + prod(shape)
+        arrays[name] = rows[:, begin:end].reshape(-1, *shape).astype(np.float64)
+        begin = end
+    if not head["trusted"]:
+        del arrays["normals"]
+    told = {name: head[name] for name in _TOLD}
     columns, warnings = tuple(head["columns"]), tuple(head["warnings"])
-    return Cloud(rows[:, :3].copy(), columns, normals=normals, warnings=warnings, **told)
+    return Cloud(**{"normals": None, **arrays, **told}, columns=columns, warnings=warnings)
 
 
 def segments(store: str) -> Iterator[tuple[Label, int, int]]:
@@ -131,41 +138,37 @@ def group(pieces: Iterable[Cloud], store: Path, n_buckets: int) -> None:
 def _spread(pieces: Iterable[Cloud], buckets: "list[_Bucket]") -> dict[str, Any]:
     """Append the points to the buckets of their labels; what else is known of the cloud."""
     first: Cloud | None = None
-    width, trusted, n_points = 3, True, 0
+    shapes: dict[str, tuple[int, ...]] = {}
+    n_points, n_normals = 0, 0
     for cloud in pieces:
         if first is None:
-            first, width = cloud, 3 if cloud.normals is None else 6
-        trusted = trusted and cloud.normals is not None
+            first, shapes = cloud, {name: values.shape[1:] for name, values in per_point(cloud).items()}
         n_points += len(cloud.points)
-        _append(cloud, width, buckets)
+        n_normals += 0 if cloud.normals is None else len(cloud.points)
+        _append(cloud, shapes, buckets)
     assert first is not None
+    # A piece without normals has one without a direction: then none is trusted.
+    trusted = "normals" not in shapes or n_normals == n_points
     columns = first.columns if trusted else first.columns[:3]
-    told = {name: getattr(first, name) for name in ("format", "label_column", "unit", "unit_from")}
-    counted = {"n_points": n_points, "width": width, "normals": trusted}
-    return {**told, **counted, "columns": list(columns), "warnings": list(first.warnings)}
+    told = {name: getattr(first, name) for name in _TOLD}
+    counted = {"n_points": n_points, "width": sum(map(prod, shapes.values())), "shapes": shapes}
+    return {**told, **counted, "trusted": trusted, "columns": columns, "warnings": first.warnings}
 
 
-def _append(cloud: Cloud, width: int, buckets: "list[_Bucket]") -> None:
-    assert cloud.labels is not None
-    labels = whole_labels(cloud.labels)
-    if len(labels) != len(cloud.points):
-        raise InvalidPointCloudError(f"{len(labels)} labels for {len(cloud.points)} points", "labels")
-    rows = cloud.points if width == 3 else np.column_stack([cloud.points, _normals(cloud)])
+def _append(cloud: Cloud, shapes: Mapping[str, tuple[int, ...]], buckets: "list[_Bucket]") -> None:
+    labels, arrays, n_points = labels_of(cloud), per_point(cloud), len(cloud.points)
+    values = [arrays.get(name, np.zeros((n_points, *shape))) for name, shape in shapes.items()]
+    rows = values[0] if len(values) == 1 else np.column_stack([v.reshape(n_points, -1) for v in values])
     if labels.dtype.kind in "iu":
-        numbers = labels.astype(np.int64)
-        which, codes = _buckets_of(numbers, len(buckets)), numbers
+        codes = labels.astype(np.int64)
+        which = _buckets_of(codes, len(buckets))
     else:
         which, codes = _coded(labels, buckets)
     order = np.argsort(which.astype(np.uint16), kind="stable")
     bounds = np.searchsorted(which[order], np.arange(len(buckets) + 1)).tolist()
-    for bucket, start, stop in zip(buckets, bounds, bounds[1:], strict=False):
-        chosen = order[start:stop]
-        if len(chosen):
-            bucket.append(codes[chosen], rows[chosen])
-
-
-def _normals(cloud: Cloud) -> Array:
-    return np.zeros_like(cloud.points) if cloud.normals is None else cloud.normals
+    for bucket, (start, stop) in zip(buckets, pairwise(bounds), strict=True):
+        if stop > start:
+            bucket.append(codes[order[start:stop]], rows[order[start:stop]])
 
 
 def _buckets_of(labels: Labels, n_buckets: int) -> NDArray[Any]:
@@ -211,15 +214,13 @@ class _Bucket:
 
     def count(self) -> None:
         """Write a line with each label, ascending, and its number of points."""
-        ranks, names = self._ranked()
-        counts = np.zeros(len(names), np.int64)
+        names, counts = self._names(), Counter[Label]()
         for codes in self._codes():
-            counts += np.bincount(ranks(codes), minlength=len(names))
+            found, _, starts = in_order(codes)
+            for code, (start, stop) in zip(found, pairwise([*starts.tolist(), len(codes)]), strict=True):
+                counts[names[int(code)] if names else code] += stop - start
         with self._file("counts", "wb") as file:
-            file.writelines(
-                orjson.dumps([name, count]) + b"\n"
-                for name, count in zip(names, counts.tolist(), strict=True)
-            )
+            file.writelines(orjson.dumps(told) + b"\n" for told in sorted(counts.items()))
 
     def counted(self, number: int) -> Iterator[tuple[Label, int, int]]:
         """What `count` wrote, with the number of the bucket in between."""
@@ -236,21 +237,23 @@ class _Bucket:
         """Write each point to its place."""
         if not self._has("rows"):
             return
-        ranks, _ = self._ranked()
-        with self._file("starts", "rb") as file:
-            places = np.fromfile(file, "<i8")
+        names, places = self._names(), self._places()
         with self._file("rows", "rb") as file:
             for codes in self._codes():
                 rows = np.fromfile(file, "<f8", len(codes) * width).reshape(-1, width)
-                which = ranks(codes)
-                order = np.argsort(which, kind="stable")
-                found, counts = np.unique(which, return_counts=True)
-                rows, begin = rows[order], 0
-                for place, count in zip(places[found].tolist(), counts.tolist(), strict=True):
-                    store.seek(8 * width * place)
-                    store.write(rows[begin : begin + count].data)
-                    begin += count
-                places[found] += counts
+                found, order, starts = in_order(codes)
+                rows = rows[order]
+                for code, (start, stop) in zip(found, pairwise([*starts.tolist(), len(codes)]), strict=True):
+                    label = names[int(code)] if names else code
+                    store.seek(8 * width * places[label])
+                    store.write(rows[start:stop].data)
+                    places[label] += stop - start
+
+    def _places(self) -> dict[Label, int]:
+        """Where the first point of each label goes."""
+        with self._file("starts", "rb") as file:
+            starts = np.fromfile(file, "<i8").tolist()
+        return {label: start for (label, *_), start in zip(self.counted(0), starts, strict=True)}
 
     def _codes(self) -> Iterator[Labels]:
         if self._has("labels"):
@@ -258,19 +261,12 @@ class _Bucket:
                 while len(codes := np.fromfile(file, "<i8", PIECE)):
                     yield codes
 
-    def _ranked(self) -> tuple[Callable[[Labels], NDArray[np.intp]], list[Label]]:
-        """The labels, ascending, and what tells the places of codes (N,) among them."""
+    def _names(self) -> list[str]:
+        """The strings that the codes stand for; none where the codes are the labels."""
         if not self.n_names:
-            labels = np.empty(0, np.int64)
-            for codes in self._codes():
-                labels = np.union1d(labels, codes)
-            return (lambda codes: np.searchsorted(labels, codes).astype(np.intp)), list(labels.tolist())
+            return []
         with self._file("names", "rb") as file:
-            told = [orjson.loads(line) for line in file]
-        names = sorted(set(told))
-        rank = {name: i for i, name in enumerate(names)}
-        table = np.array([rank[name] for name in told], np.intp)
-        return table.__getitem__, names
+            return [orjson.loads(line) for line in file]
 
     def _has(self, what: str) -> bool:
         return self.path.with_suffix(f".{what}").exists()

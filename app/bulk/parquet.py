@@ -138,7 +138,8 @@ def _kept(place: str) -> Any:
         from pyarrow.parquet import ParquetFile
     except ImportError as error:
         raise ImportError(NEEDED) from error
-    return ParquetFile(places.opened(place), pre_buffer=False, buffer_size=2**20)
+    file = places.opened(place) if places.is_remote(place) else place
+    return ParquetFile(file, pre_buffer=False, buffer_size=2**20)
 
 
 class _Walk:

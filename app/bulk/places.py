@@ -43,7 +43,7 @@ _LOST = {
     "requests.RequestException",
     "urllib3.HTTPError",
 }
-_AGAIN = (408, 429)
+_AGAIN, _REFUSED = (408, 429), (401, 403)
 
 T = TypeVar("T")
 
@@ -233,8 +233,8 @@ def _may_pass(error: BaseException) -> bool:
     """Whether the same may succeed a little later."""
     if isinstance(error, FileNotFoundError) and error.__cause__ is not None:
         return _may_pass(error.__cause__)  # so fsspec says that a server gave no answer
-    status = getattr(error, "status", getattr(error, "code", None))
-    if isinstance(status, int) and 400 <= status < 500:
+    status = _status_of(error)
+    if 400 <= status < 500:
         return status in _AGAIN
     if isinstance(error, OSError):
         return not isinstance(error, _FINAL) and error.errno not in _FINAL_NUMBERS
@@ -242,11 +242,19 @@ def _may_pass(error: BaseException) -> bool:
     return not _LOST.isdisjoint(f"{kind.__module__.partition('.')[0]}.{kind.__name__}" for kind in kinds)
 
 
+def _status_of(error: BaseException) -> int:
+    """The status of an answer by HTTP; 0 where there was none."""
+    # aiohttp tells it by the first name, gcsfs by the second, which is deprecated in aiohttp.
+    status = error.status if hasattr(error, "status") else getattr(error, "code", None)
+    return status if isinstance(status, int) else 0
+
+
 def _told(error: Exception, place: str, n_attempts: int) -> OSError:
     """The error with its place in it."""
     if isinstance(error, FileNotFoundError) and n_attempts == 1:
         return FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), place)
-    number = errno.EACCES if isinstance(error, PermissionError) else getattr(error, "errno", None)
+    refused = isinstance(error, PermissionError) or _status_of(error) in _REFUSED
+    number = errno.EACCES if refused else getattr(error, "errno", None)
     why = getattr(error, "strerror", None) or str(error) or type(error).__name__
     many = f" (asked {n_attempts} times)" if n_attempts > 1 else ""
     return OSError(errno.EIO if number in (None, errno.ENOENT) else number, f"{why}{many}", place)

@@ -74,7 +74,8 @@ def cloud_at(ref: Ref, options: Mapping[str, Any]) -> tuple[Cloud, dict[str, Any
     if not ref.stop:
         return read_cloud(places.read_bytes(place), options)
     if grouping.is_store(place):
-        return grouping.segment(place, ref.start, ref.stop), dict(options)
+        cloud = grouping.segment(place, ref.start, ref.stop)
+        return cloud, _with_options_of(cloud, options)
     return parquet.segment(place, ref.start, ref.stop, options.get("columns")), dict(options)
 
 

@@ -1,12 +1,12 @@
 """What a run is about, as a stream of references: files, folders, globs, lists, URLs, scans, Parquet files.
 
-Ids are unique by construction: that of a file is its path as given; what an earlier folder or glob holds is left
-out of the later ones; and single files are compared with each other, a bounded number of them at a time.
+Ids are unique by construction: that of a file is its path as given; what an earlier folder or glob holds is
+left out of the later ones; and single files are compared with each other in bounded memory.
 """
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -50,8 +50,8 @@ def references(
 
     Parameters
     ----------
-    inputs : files, folders, globs (`**` for folders of any depth) and URLs of these; `@list.txt` for a list with
-        one of them a line
+    inputs : files, folders, globs (`**` for folders of any depth) and URLs of these; `@list.txt` for a list
+        with one of them a line
     labels : the column of labels, or `AUTO_LABELS`; None where each file is one cloud
     columns : the option of `engine.fit`
     scratch : a folder, or its URL, that every worker sees: for scans that are grouped by their labels
@@ -265,16 +265,16 @@ def _parquet(file: str, labels: str | None, columns: object, scratch: str) -> It
 def _grouped(file: str, labels: str, columns: object, scratch: str) -> Iterator[Ref] | None:
     """The segments of a file with labels, grouped in a store; None where it has none."""
     pick = Pick(labels, as_columns(columns))
-    store = grouping.store_in(scratch, _name_of(file, pick))
-    if not grouping.is_whole(store):
-        try:
+    try:
+        store = grouping.store_in(scratch, _name_of(file, pick))
+        if not grouping.is_whole(store):
             with TemporaryDirectory(prefix="primfit-") as folder:
                 if not _group(file, pick, store, Path(folder)):
                     return None
-        except (FileNotFoundError, PermissionError, IsADirectoryError) as error:
-            if error.filename not in (file, _absolute(file)):
-                raise
-            raise UnreadableFileError("file", error.strerror or str(error)) from None
+    except (FileNotFoundError, PermissionError) as error:
+        if error.filename not in (file, _absolute(file)):
+            raise
+        raise UnreadableFileError("file", error.strerror or str(error)) from None
     return (
         Ref(segment_id(file, label), file, label, stop - start, store, start, stop)
         for label, start, stop in grouping.segments(store)
@@ -283,11 +283,11 @@ def _grouped(file: str, labels: str, columns: object, scratch: str) -> Iterator[
 
 def _name_of(file: str, pick: Pick) -> str:
     """A name for the store of a file: another one where the file or what is asked of it has changed."""
-    try:
+    if places.is_remote(file):
+        told: list[int | None] = [places.size(file)]
+    else:
         state = os.stat(file)
         told = [state.st_size, state.st_mtime_ns]
-    except OSError:
-        told = [places.size(file)] if places.is_remote(file) and places.exists(file) else []
     known = orjson.dumps([_absolute(file), told, pick.labels, pick.columns])
     return sha256(known).hexdigest()[:20]
 
@@ -313,7 +313,7 @@ def _group(file: str, pick: Pick, store: str, folder: Path) -> bool:
     return True
 
 
-def _pieces(place: str, pick: Pick) -> Iterator[Cloud]:
+def _pieces(place: str, pick: Pick) -> Generator[Cloud]:
     """The cloud in a file: in pieces where its format lets them be read, else as one."""
     if parquet.is_parquet(place):
         yield from parquet.point_pieces(place, pick)

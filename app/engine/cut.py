@@ -122,19 +122,25 @@ def cut(cloud: Cloud) -> Cut:
 
     Raises `InvalidPointCloudError` where labels are no whole numbers or strings, or lengths differ.
     """
+    labels = labels_of(cloud)
+    values, rows, starts = in_order(labels)
+    return Cut(cloud, values, rows, [*starts.tolist(), len(labels)])
+
+
+def labels_of(cloud: Cloud) -> NDArray[Any]:
+    """The labels (N,) of a cloud that has some, as integers or strings; raises what `cut` does."""
     assert cloud.labels is not None
-    labels, arrays = whole_labels(cloud.labels), per_point(cloud)
+    labels, arrays = _whole(cloud.labels), per_point(cloud)
     n_points = len(arrays["points"]) if arrays["points"].ndim else 0
     for name, array in {"labels": labels, **arrays}.items():
         if array.shape[:1] != (n_points,):
             raise InvalidPointCloudError(
                 f"{name} have shape {array.shape}; one for each of {n_points} points is needed", name
             )
-    values, rows, starts = _sorted(labels)
-    return Cut(cloud, values, rows, [*starts.tolist(), n_points])
+    return labels
 
 
-def whole_labels(labels: NDArray[Any]) -> NDArray[Any]:
+def _whole(labels: NDArray[Any]) -> NDArray[Any]:
     """Labels (N,) as integers or strings; floats that are whole numbers are taken for what they mean."""
     if labels.ndim != 1:
         raise InvalidPointCloudError(f"labels have shape {labels.shape}; (N,) is needed", "labels")
@@ -148,7 +154,7 @@ def whole_labels(labels: NDArray[Any]) -> NDArray[Any]:
     raise InvalidPointCloudError("labels must be whole numbers or strings", "labels")
 
 
-def _sorted(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
+def in_order(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
     """The labels there are, ascending; the rows (N,), label by label; and where the rows of each begin."""
     if labels.dtype.kind in "iu":
         rows = np.argsort(_narrow(labels), kind="stable")
