@@ -44,6 +44,7 @@ def forbidden(scratch: Path) -> Iterator[Task]:
 @pytest.mark.skipif(
     not hasattr(sys, "addaudithook") or sys.platform == "win32", reason="needs fork and SIGKILL"
 )
+@pytest.mark.slow
 @pytest.mark.parametrize("often", ["often", "at the end"])
 def test_a_run_killed_anywhere_goes_on_and_ends_with_the_same_bytes(often: str, tmp_path: Path) -> None:
     done = subprocess.run(
