@@ -57,7 +57,7 @@ def _primitive(values: Mapping[str, Any] | None) -> Primitive | None:
 
 
 def _extents(values: Mapping[str, Any] | None) -> Extents | None:
-    return values and _made(EXTENTS[values["kind"]], values)
+    return None if values is None else _made(EXTENTS[values["kind"]], values)
 
 
 def _alternative(values: Mapping[str, Any]) -> Alternative:
