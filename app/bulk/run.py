@@ -145,8 +145,8 @@ _OF_THE_FILE = (FileNotFoundError, PermissionError, IsADirectoryError, NotADirec
 class _Care:
     """Tasks done segment by segment in one process.
 
-    `_lost` counts the processes of a task that no segment is to blame for; `_ended` the segments in a row that
-    ended theirs, of all tasks.
+    `_lost` counts the processes of a task that no segment is to blame for; `_ended` the segments in a row,
+    of all tasks, that ended theirs.
     """
 
     def __init__(self, apart: Team, options: Mapping[str, Any]) -> None:
