@@ -22,15 +22,24 @@ class Poison(Thread):
         self.killed: list[int] = []
 
     def run(self) -> None:
-        for _ in range(self._times):
+        for left in reversed(range(self._times)):
             pipe = os.open(self._file, os.O_WRONLY)  # waits for a reader
             process = self._reader()
+            self._renew(left)
             os.kill(process, signal.SIGKILL)
             self.killed.append(process)
             while lives(process):  # its end of the pipe is open until then
                 time.sleep(0.01)
             os.close(pipe)
-        self._file.write_bytes(self._content)
+
+    def _renew(self, left: int) -> None:
+        """What the next reader finds is another file, which the one that is killed has nothing to do with."""
+        other = self._file.with_suffix(".next")
+        if left:
+            os.mkfifo(other)
+        else:
+            other.write_bytes(self._content)
+        os.replace(other, self._file)
 
     def _reader(self) -> int:
         while True:
