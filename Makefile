@@ -5,6 +5,7 @@
 # make test-fire    load, hostile requests, kills and full disks against a real service, 15 minutes; needs an idle machine
 # make test-schema  random requests to the service, checked against its OpenAPI document, some minutes
 # make test-fuzz    fuzz every reader, coverage-guided, two minutes each (FUZZ_SECONDS); Linux only
+# make test-ray     three nodes of a Ray cluster on this machine, one of them killed; installs Ray, some minutes
 # make image  build the container image                  make lint        ruff, mypy, import rules
 # make sbom   what the image is made of, as CycloneDX in build/sbom.json
 # make wheel  the wheel and the sdist, in dist/          make test-wheel  try the wheel without a compiler
@@ -24,6 +25,7 @@ PYTHON ?= python3
 PORT   ?= 8000
 VENV   ?= .venv
 VENV_TORCH ?= .venv-torch
+VENV_RAY ?= .venv-ray
 # benchmark/runner.py finds the peers here.
 VENV_PEERS  = .venv-peers
 # Processes that draw the clouds of `make weights`.
@@ -59,7 +61,7 @@ BUILT_WITH = $(PYTHON) -c "import tomllib; print(*tomllib.load(open('pyproject.t
 
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run setup test test-slow test-clock test-fire test-schema test-fuzz test-torch lint weights weights-paper training-figures example openapi viewer constants notebooks bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
+.PHONY: run setup test test-slow test-clock test-fire test-schema test-fuzz test-torch test-ray lint weights weights-paper training-figures example openapi viewer constants notebooks bench bench-steps bench-peers bench-full image sbom wheel test-wheel lock lock-check clean
 .DEFAULT_GOAL := run
 
 run: setup
@@ -90,6 +92,10 @@ test-fuzz: $(VENV)/.fuzz
 
 test-torch: $(VENV_TORCH)/.torch
 	$(VENV_TORCH)/bin/python -m pytest -m torch
+
+# Ray has an environment of its own: beside the tools of .venv its processes start too slowly for it.
+test-ray: $(VENV_RAY)/.ray
+	$(VENV_RAY)/bin/python -m pytest -m ray tests/ray
 
 lint: $(VENV)/.dev
 	$(VENV)/bin/ruff check .
@@ -191,7 +197,7 @@ lock-check: $(VENV)/.uv
 	diff -r requirements build/lock/requirements
 
 clean:
-	rm -rf $(VENV) $(VENV_TORCH) $(VENV_PEERS) build dist src/primfit.egg-info fitting/*/_*.c fitting/*/_*.so models/_*.c models/_*.so
+	rm -rf $(VENV) $(VENV_TORCH) $(VENV_RAY) $(VENV_PEERS) build dist src/primfit.egg-info fitting/*/_*.c fitting/*/_*.so models/_*.c models/_*.so
 
 # A virtual environment and, in it, one stamp for each thing installed; all are redone when pyproject.toml or
 # what is compiled changes.
@@ -227,6 +233,11 @@ $(VENV)/.uv: | $(VENV)/.python
 $(VENV_TORCH)/.torch: $(BUILT) | $(VENV_TORCH)/.python
 	@echo 'installing primfit and torch into $(VENV_TORCH) (a few minutes, once)'
 	@$(VENV_TORCH)/bin/python $(PIP_INSTALL) --editable '.[dev,train]' '$(TORCH)'
+	@touch $@
+
+$(VENV_RAY)/.ray: $(BUILT) | $(VENV_RAY)/.python
+	@echo 'installing primfit and Ray into $(VENV_RAY) (a few minutes, once)'
+	@$(VENV_RAY)/bin/python $(PIP_INSTALL) --editable '.[bulk,ray]' 'pytest>=8.3,<10'
 	@touch $@
 
 $(VENV)/.bench: $(BUILT) | $(VENV)/.python

@@ -3,7 +3,6 @@
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -11,10 +10,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from primfit.fitting.shrec22 import LAYOUT
 
+from ..bulk.places import write_whole
 from ..engine.answer import to_json
+from ..engine.executors import AnyTeam
 from ..engine.names import Ids, plain
 from ..engine.shrec22 import prediction
-from ..engine.team import Team, chunks
+from ..engine.team import chunks
 from .files import Answer, Problem, Source, answer_file, answer_segments
 from .identity import identity
 from .plan import ENDINGS, Plan, folder_of
@@ -74,11 +75,13 @@ def run(
     plan: Plan,
     format: str,
     options: Mapping[str, Any],
-    workers: int,
+    workers: AnyTeam,
     labels: str | None = None,
     gather: Gather | None = None,
 ) -> Summary:
     """Answer every input, write what was found, and say what was not; progress shows on a terminal.
+
+    `workers` share the work; they begin and end here.
 
     Raises
     ------
@@ -99,7 +102,7 @@ def run(
     columns = (TextColumn("fitting"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     try:
         with (
-            Team(workers if labels else min(workers, len(targets))) as team,
+            workers as team,
             Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress,
         ):
             task = progress.add_task("fitting", total=len(targets))
@@ -121,7 +124,7 @@ def _kept(
     options: Mapping[str, Any],
     labels: str | None,
     gather: Gather | None,
-    team: Team,
+    team: AnyTeam,
 ) -> Iterator[tuple[int, Kept]]:
     """The number of an input, and what came of it, or of each of its segments."""
     places = _Places(plan, format, gather, labels)
@@ -210,14 +213,14 @@ class Keeper:
     def _written(self, content: Mapping[str, Any]) -> Problem | None:
         """Why it was not written; None where it was."""
         if self.format == "json":
-            _write(self.target, to_json(content) + b"\n")
+            write_whole(str(self.target), to_json(content) + b"\n")
         elif content["primitive"] is None:
             return Problem(self.name, f"nothing to write: {content['message']}")
         elif content["primitive"]["kind"] not in LAYOUT:
             kind = content["primitive"]["kind"]
             return Problem(self.name, f"nothing to write: the SHREC 2022 track has no {kind}")
         else:
-            _write(self.target, prediction(content["primitive"]).encode())
+            write_whole(str(self.target), prediction(content["primitive"]).encode())
         return None
 
     def _part(self, answer: Answer) -> "Part | None":
@@ -232,21 +235,3 @@ class Keeper:
         if self.gather.pictures:
             part = pictured(part)
         return replace(part, recognition=replace(answer[0], points=None))
-
-
-def _write(target: Path, text: bytes) -> None:
-    """Write all of it or nothing, so that an interrupted run leaves no half of an answer.
-
-    It is renamed from a random name: one made from that of the answer may be the name of an input.
-    """
-    target.parent.mkdir(parents=True, exist_ok=True)
-    part = target.with_name(f".{os.urandom(8).hex()}.part")
-    try:
-        with part.open("xb") as stream:
-            stream.write(text)
-        os.replace(part, target)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(target)) from None
-    finally:
-        with suppress(OSError):  # it is there after a failure only
-            part.unlink()

@@ -12,13 +12,14 @@ from primfit.fitting.answer.result import Recognition
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
 from primfit.fitting.names import ANSWER_PARTS
 
+from ..bulk.refs import read_cloud
 from ..engine.answer import answered, answered_prepared
 from ..engine.cut import Label, Piece, cut_cloud, pieces
+from ..engine.executors import AnyTeam
 from ..engine.fit import prepared
 from ..engine.names import base_name, plain
-from ..engine.team import Outcome, Ready, Team, chunks
-from ..readers import Cloud, Pick, UnreadableFileError, read
-from ..readers.columns import as_columns
+from ..engine.team import Outcome, Ready, chunks
+from ..readers import Cloud, UnreadableFileError
 from .identity import STDIN
 
 if TYPE_CHECKING:
@@ -87,8 +88,7 @@ def file_name(name: str) -> str | None:
 def _read(name: str, options: Mapping[str, Any], labels: str | None) -> tuple[Cloud, dict[str, Any]]:
     """The cloud in a file, and the options that hold for it."""
     data = sys.stdin.buffer.read() if name == STDIN else Path(name).read_bytes()
-    cloud = read(data, pick=Pick(labels, as_columns(options.get("columns"))))
-    return cloud, _with_options_of(cloud, options)
+    return read_cloud(data, options, labels)
 
 
 def _problem(name: str, error: Exception) -> Problem:
@@ -102,21 +102,6 @@ def _problem(name: str, error: Exception) -> Problem:
         case InvalidPointCloudError() | InvalidOptionError():
             return Problem(name, str(error))
     return Problem(name, f"internal error, please report it: {error!r}", exit_status=1)
-
-
-def _with_options_of(cloud: Cloud, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The options given, and those in the file: JSON may hold some, as the body of `POST /fit` does."""
-    if not cloud.options:
-        return dict(given)
-    # Imported here, because few files hold options and the check brings half of the service along.
-    from ..wire.options import check_options
-    from ..wire.problems import InvalidOptionsError
-
-    try:
-        return check_options((), given, cloud.options)
-    except InvalidOptionsError as error:
-        bad = error.errors[0]
-        raise UnreadableFileError(bad.field, bad.message) from None
 
 
 @dataclass(frozen=True)
@@ -169,7 +154,7 @@ def answer_segments(
     names: Sequence[str],
     options: Mapping[str, Any],
     labels: str,
-    team: Team,
+    team: AnyTeam,
     keep: Callable[[Source], Keep[R]],
 ) -> Iterator[tuple[Source, R]]:
     """What comes of the answers for the segments of many files: file by file, in each by label, ascending.
@@ -209,7 +194,7 @@ def _opened(
     names: Sequence[str],
     options: Mapping[str, Any],
     labels: str,
-    team: Team,
+    team: AnyTeam,
     keep: Callable[[Source], Keep[R]],
 ) -> Iterator[tuple[_FileJob[R], _CutFile | R]]:
     """Each file, cut; of one without labels, or that is bad, what comes of its answer."""

@@ -6,14 +6,9 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from ..readers import FORMATS
+from ..readers.formats import PACKED, SUFFIXES
 from .identity import identity
 
-# Answers are JSON: in a folder none is taken for a cloud.
-SUFFIXES = tuple(
-    sorted(extension for format in FORMATS if format.name != "json" for extension in format.extensions)
-)
-PACKED = (".gz", ".zst")
 ENDINGS = {"json": ".json", "shrec22": "_prediction.txt"}
 
 

@@ -18,7 +18,7 @@ from ..readers.cloud import Cloud, per_point, selected
 Label = int | str
 Rows = NDArray[np.intp]
 Piece = Callable[[], Cloud]
-"""How a segment is had; it may be sent to another process where the points stand in a file."""
+"""How a segment is had; it may be sent to another process."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +81,24 @@ def store(cut: Cut, path: Path, file: BinaryIO) -> Stored:
     return Stored(path, len(cut.rows), shapes, selected(cut.cloud, cut.rows[:0], dropped={}))
 
 
+@dataclass(frozen=True)
+class Held:
+    """A segment of a cloud that this process holds; what is sent to another are the points of the segment."""
+
+    cloud: Cloud
+    rows: Rows
+
+    def __call__(self) -> Cloud:
+        return selected(self.cloud, self.rows, dropped={})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial, (_itself, self())
+
+
+def _itself(cloud: Cloud) -> Cloud:
+    return cloud
+
+
 def pieces(cut: Cut, scratch: Path | None = None) -> list[Piece]:
     """The segments of a cut cloud, in the order of their labels.
 
@@ -88,7 +106,7 @@ def pieces(cut: Cut, scratch: Path | None = None) -> list[Piece]:
     """
     if scratch is None:
         rows = (cut.rows[start:stop] for start, stop in pairwise(cut.bounds))
-        return [partial(selected, cut.cloud, each, dropped={}) for each in rows]
+        return [Held(cut.cloud, each) for each in rows]
     with scratch.open("wb") as file:
         stored = store(cut, scratch, file)
     return [partial(stored.segment, start, stop) for start, stop in pairwise(cut.bounds)]
@@ -104,6 +122,13 @@ def cut(cloud: Cloud) -> Cut:
 
     Raises `InvalidPointCloudError` where labels are no whole numbers or strings, or lengths differ.
     """
+    labels = labels_of(cloud)
+    values, rows, starts = in_order(labels)
+    return Cut(cloud, values, rows, [*starts.tolist(), len(labels)])
+
+
+def labels_of(cloud: Cloud) -> NDArray[Any]:
+    """The labels (N,) of a cloud that has some, as integers or strings; raises what `cut` does."""
     assert cloud.labels is not None
     labels, arrays = _whole(cloud.labels), per_point(cloud)
     n_points = len(arrays["points"]) if arrays["points"].ndim else 0
@@ -112,8 +137,7 @@ def cut(cloud: Cloud) -> Cut:
             raise InvalidPointCloudError(
                 f"{name} have shape {array.shape}; one for each of {n_points} points is needed", name
             )
-    values, rows, starts = _sorted(labels)
-    return Cut(cloud, values, rows, [*starts.tolist(), n_points])
+    return labels
 
 
 def _whole(labels: NDArray[Any]) -> NDArray[Any]:
@@ -130,7 +154,7 @@ def _whole(labels: NDArray[Any]) -> NDArray[Any]:
     raise InvalidPointCloudError("labels must be whole numbers or strings", "labels")
 
 
-def _sorted(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
+def in_order(labels: NDArray[Any]) -> tuple[list[Label], Rows, Rows]:
     """The labels there are, ascending; the rows (N,), label by label; and where the rows of each begin."""
     if labels.dtype.kind in "iu":
         rows = np.argsort(_narrow(labels), kind="stable")

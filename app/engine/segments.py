@@ -16,8 +16,9 @@ from ..readers.cloud import PER_POINT
 from .answer import to_json
 from .arrays import as_array, as_floats
 from .cut import Label, Piece, Rows, cut, pieces
+from .executors import Executor, check_executor, team_of
 from .fit import cloud_of, config_of, fit_cloud
-from .team import Team, chunks
+from .team import chunks
 
 if TYPE_CHECKING:
     from k3d.plot import Plot
@@ -90,7 +91,13 @@ class Segments(list[Segment]):
 
 
 def fit_segments(
-    points: Any, labels: ArrayLike | None = None, *, workers: int = 1, **options: Any
+    points: Any,
+    labels: ArrayLike | None = None,
+    *,
+    workers: int | None = None,
+    executor: Executor = "local",
+    address: str | None = None,
+    **options: Any,
 ) -> Segments:
     """`fit` each segment of a cloud: the points of one label.
 
@@ -98,7 +105,11 @@ def fit_segments(
     ----------
     points : (N, 3), any unit of length: whatever `fit` takes
     labels : (N,) whole numbers or strings; None for those that `read` found
-    workers : processes that share the segments; any number of them gives the same answers
+    workers : processes that share the segments; any number of them gives the same answers. None for this one
+        alone, or for all processors of a cluster
+    executor : `local`: processes of this machine; `ray`: those of a Ray cluster, which gives the same answers
+        and needs `pip install "primfit[ray]"`
+    address : of the cluster, as `ray.init` takes it; None for one that is found, or else started
     options : those of `fit`; `normals`, `weights` and `standard_deviations` have a value for each point
 
     Returns
@@ -114,7 +125,9 @@ def fit_segments(
     InvalidOptionError
         An option is unknown or out of range.
     RuntimeError
-        A process was ended from outside, as for want of memory.
+        A process was ended from outside, as for want of memory; or there is no such cluster.
+    ImportError
+        Ray is not installed.
 
     Examples
     --------
@@ -126,8 +139,9 @@ def fit_segments(
     7 sphere
     8 sphere
     """
-    if workers < 1:
+    if workers is not None and workers < 1:
         raise InvalidOptionError("workers must be at least 1", "workers")
+    check_executor(executor, address)
     given = {name: options.pop(name, None) for name in PER_POINT[1:]}
     config_of(**options)
     arrays: dict[str, Any] = {
@@ -140,7 +154,7 @@ def fit_segments(
         raise InvalidPointCloudError("labels are missing; give them, or read a file with labels", "labels")
     whole = cut(cloud)
     sizes = [stop - start for start, stop in pairwise(whole.bounds)]
-    with Team(min(workers, len(sizes))) as team:
+    with team_of(executor, workers, address, most=len(sizes)) as team:
         work, shares = partial(_fitted, options), chunks(pieces(whole, team.scratch()), sizes, team.size)
         found = list(team.in_order(team.submit(work, share) for share in shares))
     # Each segment keeps a view of its points, which no process has to send back.

@@ -82,6 +82,17 @@ class Ready(Generic[R]):
         return self._results
 
 
+def in_order(outcomes: Iterable[Outcome[R]], most: Callable[[], int]) -> Iterator[R]:
+    """The single results of chunks, of which up to `most()` are asked for ahead."""
+    begun: deque[Outcome[R]] = deque()
+    for outcome in outcomes:
+        begun.append(outcome)
+        while len(begun) > most():
+            yield from begun.popleft().results()
+    while begun:
+        yield from begun.popleft().results()
+
+
 class _Sent(Generic[R]):
     """A chunk that a process has, or will have."""
 
@@ -101,15 +112,19 @@ class _Sent(Generic[R]):
 
 class Team:
     """So many processes, alive within a `with`; a team of one is this process itself, and does what is asked
-    when the result is wanted.
+    when the result is wanted, unless it shall be `apart`.
+
+    A process that ends at work costs the chunk that it is at, and another takes its place.
 
     Ctrl-C and other exceptions within the `with` end the processes, which finish the chunk that they are at
     if that takes no longer than `PATIENCE`.
     """
 
-    def __init__(self, size: int) -> None:
+    def __init__(self, size: int, apart: bool = False) -> None:
         self.size = max(1, size)
-        self._processes: list[Any] = []
+        self._apart = apart or self.size > 1
+        self._context: Any = None
+        self._processes: dict[Any, Any] = {}
         self._free: list[Any] = []
         self._busy: dict[Any, _Sent[Any]] = {}
         self._queue: deque[_Sent[Any]] = deque()
@@ -117,26 +132,15 @@ class Team:
         self._n_files = 0
 
     def __enter__(self) -> Self:
-        if self.size > 1:
+        if self._apart:
             self._folder = TemporaryDirectory(prefix="primfit-", ignore_cleanup_errors=True)
-            context = process_context(["primfit.app.engine.warmed"])
+            self._context = process_context(["primfit.app.engine.warmed"])
             with starting():
-                for _ in range(self.size):
-                    ours, theirs = context.Pipe()
-                    process = context.Process(target=_serve, args=(theirs,), daemon=True)
-                    process.start()
-                    theirs.close()
-                    self._processes.append(process)
-                    self._free.append(ours)
+                self._free = [self._started() for _ in range(self.size)]
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        for pipe in (*self._free, *self._busy):
-            pipe.close()
-        end = monotonic() + PATIENCE
-        for process in self._processes:
-            process.join(max(0.0, end - monotonic()))
-            process.kill()
+        self._end(list(self._processes))
         if self._folder is not None:
             self._folder.cleanup()
 
@@ -149,7 +153,7 @@ class Team:
 
     def submit(self, function: Callable[[T], R], jobs: Sequence[T]) -> Outcome[R]:
         """Have a function applied to each of the jobs, by one process; it, they and results are pickled."""
-        if self.size == 1:
+        if not self._apart:
             return Ready(map(function, jobs))
         sent = _Sent(self, function, jobs)
         self._queue.append(sent)
@@ -158,36 +162,69 @@ class Team:
 
     def in_order(self, outcomes: Iterable[Outcome[R]], ahead: int = AHEAD) -> Iterator[R]:
         """The single results of chunks, of which some are asked for ahead."""
-        begun: deque[Outcome[R]] = deque()
-        most = 0 if self.size == 1 else ahead * self.size
-        for outcome in outcomes:
-            begun.append(outcome)
-            if len(begun) > most:
-                yield from begun.popleft().results()
-        while begun:
-            yield from begun.popleft().results()
+        most = ahead * self.size if self._apart else 0
+        return in_order(outcomes, lambda: most)
 
     def advance(self) -> None:
-        """Wait until a process has answered, and give it the next chunk."""
+        """Wait until a process has answered, or ended, and give what waits to those that are free."""
         ready: list[Any] = wait(list(self._busy))
         for pipe in ready:
             sent = self._busy.pop(pipe)
             try:
                 sent.answer = pipe.recv()
             except (EOFError, OSError):
-                pipe.close()
-                raise LostWorkerError("a process was ended from outside while it worked") from None
-            self._free.append(pipe)
+                self._end([pipe])
+                sent.answer = None, LostWorkerError("a process was ended from outside while it worked")
+            else:
+                self._free.append(pipe)
         self._hand_out()
 
     def _hand_out(self) -> None:
-        while self._queue and self._free:
-            pipe, sent = self._free.pop(), self._queue.popleft()
-            self._busy[pipe] = sent
+        while self._queue and len(self._busy) < self.size:
+            sent = self._queue.popleft()
+            pipe = self._given(sent.message)
+            if pipe is None:
+                sent.answer = None, LostWorkerError("processes are ended from outside before they work")
+            else:
+                self._busy[pipe] = sent
+
+    def _given(self, message: Any) -> Any | None:
+        """The pipe to the process that has the message now; None where even a new one does not take it."""
+        while True:
+            new = not self._free
+            pipe = self._replaced() if new else self._free.pop()
             try:
-                pipe.send(sent.message)
-            except OSError:
-                raise LostWorkerError("a process was ended from outside") from None
+                pipe.send(message)
+            except OSError:  # it ended while it had nothing to do
+                self._end([pipe])
+                if new:
+                    return None
+            else:
+                return pipe
+
+    def _replaced(self) -> Any:
+        with starting():
+            return self._started()
+
+    def _started(self) -> Any:
+        """The pipe to a new process; called within `starting`."""
+        ours, theirs = self._context.Pipe()
+        process = self._context.Process(target=_serve, args=(theirs,), daemon=True)
+        process.start()
+        theirs.close()
+        self._processes[ours] = process
+        return ours
+
+    def _end(self, pipes: Iterable[Any]) -> None:
+        """Close these pipes, which ends the processes behind them."""
+        processes = []
+        for pipe in pipes:
+            pipe.close()
+            processes.append(self._processes.pop(pipe))
+        end = monotonic() + PATIENCE
+        for process in processes:
+            process.join(max(0.0, end - monotonic()))
+            process.kill()
 
 
 def process_context(preload: list[str]) -> Any:
@@ -266,12 +303,12 @@ def _serve(pipe: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         while True:
-            pipe.send(_done(pipe.recv_bytes()))
+            pipe.send(done(pipe.recv_bytes()))
     except (EOFError, OSError):
         return
 
 
-def _done(message: bytes) -> tuple[list[Any], None] | tuple[None, Exception]:
+def done(message: bytes) -> tuple[list[Any], None] | tuple[None, Exception]:
     """The results of a chunk, or what one of its jobs raised."""
     try:
         function, jobs = pickle.loads(message)

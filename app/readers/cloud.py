@@ -87,11 +87,14 @@ def build_cloud(table: Array, columns: Columns, format: str, labels: NDArray[Any
     return replace(cloud, unit=unit, unit_from=source, warnings=columns.warnings)
 
 
-def build_from(columns: Columns, column: Callable[[int], NDArray[Any]], format: str) -> Cloud:
-    """The cloud of a table of which `column(i)` gives the values (N,) of the i-th column."""
+def build_from(columns: Columns, column: Callable[[int], NDArray[Any]], format: str, first: int = 0) -> Cloud:
+    """The cloud of a table of which `column(i)` gives the values (N,) of the i-th column.
+
+    `first` is the number of its first row, where others stand before it in the file.
+    """
     names = zip(columns.used, columns.names, strict=True)
     table = np.column_stack([_one_a_point(column(i), name) for i, name in names])
-    labels = None if columns.label is None else as_labels(column(columns.label), table[:, :3])
+    labels = None if columns.label is None else as_labels(column(columns.label), table[:, :3], first)
     return build_cloud(table, columns.packed(), format, labels)
 
 
@@ -114,10 +117,10 @@ def check_numbers(dtype: np.dtype[Any], field: str) -> None:
         raise InvalidPointsError(field, "the array must hold floats or integers", f"dtype kind {dtype.kind}")
 
 
-def as_labels(values: NDArray[Any], points: Array) -> NDArray[np.int64]:
+def as_labels(values: NDArray[Any], points: Array, first: int = 0) -> NDArray[np.int64]:
     """Labels (N,) as int64; floats count where they hold whole numbers.
 
-    A point that is missing needs none: its label is 0.
+    A point that is missing needs none: its label is 0. `first` is the number of the first point.
     """
     if values.dtype.kind not in "fiu" or values.ndim != 1:
         raise UnreadableFileError("labels", "labels must be integers, one a point")
@@ -127,7 +130,7 @@ def as_labels(values: NDArray[Any], points: Array) -> NDArray[np.int64]:
         bad = np.flatnonzero(~whole & np.isfinite(points).all(axis=1))
         if len(bad):
             message = "labels must be integers of at most 64 bits"
-            raise UnreadableFileError(f"labels[{bad[0]}]", message, "number")
+            raise UnreadableFileError(f"labels[{first + bad[0]}]", message, "number")
         values = np.where(whole, values, 0)
     return values.astype(np.int64)
 

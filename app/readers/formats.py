@@ -55,3 +55,8 @@ FORMATS = (
 )
 UNIT_OF = {format.name: format.unit for format in FORMATS}
 NAMES = ", ".join(extension[1:].upper() for format in FORMATS for extension in format.extensions)
+# Answers are JSON: in a folder none is taken for a cloud.
+SUFFIXES = tuple(
+    sorted(extension for format in FORMATS if format.name != "json" for extension in format.extensions)
+)
+PACKED = (".gz", ".zst")

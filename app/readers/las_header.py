@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from .errors import UnreadableFileError
 from .rows import check_bytes
+from .stretch import Stretch
 
 _RECORDS_LIMIT = 16 * 1024 * 1024
 # Files hold a dozen; laspy makes an object of each.
@@ -44,7 +45,7 @@ class LasHeader:
             raise UnreadableFileError("file", message)
 
 
-def read_header(data: memoryview) -> LasHeader:
+def read_header(data: Stretch) -> LasHeader:
     """Read the public header and the variable length records; extended ones are not read."""
     if len(data) < _PUBLIC.size:
         raise UnreadableFileError("header", "the file ends within the LAS header")
@@ -65,6 +66,8 @@ def read_header(data: memoryview) -> LasHeader:
         end = _end_before(end, start, *_WAVEFORMS.unpack(data[227:235]))
     if minor >= 4:
         end, n_points = _large(data, start, end, n_points)
+    if start - size > _RECORDS_LIMIT:
+        raise UnreadableFileError("header", "the variable length records of the LAS file are over 16 MiB")
     records = _records(data[size:start], n_records)
     return LasHeader(start, end, n_points, point_size, bool(format & _COMPRESSED), records)
 
@@ -74,7 +77,7 @@ def _check_format(format: int, point_size: int) -> None:
         raise UnreadableFileError("header", "the LAS point format is not known, or its points are too short")
 
 
-def _large(data: memoryview, start: int, end: int, n_points: int) -> tuple[int, int]:
+def _large(data: Stretch, start: int, end: int, n_points: int) -> tuple[int, int]:
     """Where the points end, and how many they are, by the fields that version 1.4 has for large files."""
     first, n_large, n_all = _LARGE.unpack(data[235:255])
     if n_points not in (0, n_all):
@@ -91,8 +94,6 @@ def _end_before(end: int, start: int, next_start: int) -> int:
 
 def _records(data: memoryview, count: int) -> dict[tuple[bytes, int], memoryview]:
     """The variable length records by user and id."""
-    if len(data) > _RECORDS_LIMIT:
-        raise UnreadableFileError("header", "the variable length records of the LAS file are over 16 MiB")
     check_bytes(count * _RECORD.size, len(data), count)
     if count > _MOST_RECORDS:
         message = f"{count} variable length records in the LAS file; at most {_MOST_RECORDS} are read"

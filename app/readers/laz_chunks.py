@@ -9,6 +9,7 @@ import struct
 from .errors import UnreadableFileError
 from .las_header import LasHeader
 from .rows import check_bytes
+from .stretch import Stretch
 
 _LASZIP = (b"laszip encoded", 22204)
 _HEADER = struct.Struct("<H10xL16xH")
@@ -21,7 +22,7 @@ _LAYERS = {10: 9, 11: 1, 12: 2}
 _BYTES = 14  # extra bytes, in a layer each
 
 
-def check_chunks(data: memoryview, header: LasHeader) -> None:
+def check_chunks(data: Stretch, header: LasHeader) -> None:
     """Raise where the number of points, of chunks, or the size of a layer cannot be true."""
     compressor, chunk_size, items = _compression(header)
     place, n_chunks = _table(data, header)
@@ -31,7 +32,7 @@ def check_chunks(data: memoryview, header: LasHeader) -> None:
         raise UnreadableFileError("file", message)
     if compressor == _LAYERED:
         n_layers = sum(size if kind == _BYTES else _LAYERS.get(kind, 0) for kind, size in items)
-        _check_layers(data[:place], header, n_chunks, n_layers)
+        _check_layers(data, place, header, n_chunks, n_layers)
 
 
 def _compression(header: LasHeader) -> tuple[int, int, list[tuple[int, int]]]:
@@ -49,7 +50,7 @@ def _compression(header: LasHeader) -> tuple[int, int, list[tuple[int, int]]]:
     return compressor, chunk_size, items
 
 
-def _table(data: memoryview, header: LasHeader) -> tuple[int, int]:
+def _table(data: Stretch, header: LasHeader) -> tuple[int, int]:
     """Where the table of chunks stands, and how many it announces."""
     check_bytes(_PLACE.size, header.end - header.start, header.n_points)
     (place,) = _PLACE.unpack(data[header.start : header.start + _PLACE.size])
@@ -61,17 +62,17 @@ def _table(data: memoryview, header: LasHeader) -> tuple[int, int]:
     return place, n_chunks
 
 
-def _check_layers(data: memoryview, header: LasHeader, n_chunks: int, n_layers: int) -> None:
-    """Walk the chunks: a whole point, the number of points, the size of each layer, and the layers."""
+def _check_layers(data: Stretch, end: int, header: LasHeader, n_chunks: int, n_layers: int) -> None:
+    """Walk the chunks to the end: a whole point, the number of points, the size of each layer, the layers."""
     sizes = struct.Struct(f"<{1 + n_layers}L")
     place, n_points = header.start + _PLACE.size, 0
     for _ in range(n_chunks):
         place += header.point_size + sizes.size
-        if place > len(data):
+        if place > end:
             break
         count, *layers = sizes.unpack(data[place - sizes.size : place])
         place += sum(layers)
         n_points += count
-    if place > len(data) or n_points != header.n_points:
+    if place > end or n_points != header.n_points:
         message = f"the chunks of the LAZ file do not hold the {header.n_points} points announced"
         raise UnreadableFileError("file", message)

@@ -7,17 +7,19 @@ anything is allocated, and what follows the vertices (faces) is not parsed at al
 import re
 import struct
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .cloud import Cloud, build_from
-from .columns import FOUND, Pick, find_columns
+from .columns import FOUND, Columns, Pick, find_columns
 from .errors import TooLargeError, UnreadableFileError
 from .limits import UNLIMITED, Limits
 from .rows import check_bytes, read_rows
+from .stretch import FileBytes, Stretch
 
 _HEADER_LIMIT = 64 * 1024
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
@@ -64,16 +66,51 @@ class _Element:
 def read_ply(data: memoryview, limits: Limits = UNLIMITED, pick: Pick = FOUND) -> Cloud:
     """Read the vertices of a PLY file; lists of any length may stand in or before them."""
     order, elements, start = _header(data)
-    names = [element.name for element in elements]
-    if "vertex" not in names:
-        raise UnreadableFileError("header", "the PLY file has no element named vertex")
-    before, vertex = elements[: names.index("vertex")], elements[names.index("vertex")]
-    places = [i for i, item in enumerate(vertex.properties) if item.length_kind is None]
-    columns = find_columns([vertex.properties[i].name for i in places], pick)
+    before, vertex = _to_the_vertices(elements)
+    columns, places = _chosen(vertex, pick)
     limits.check_points(vertex.count)
     read = _read_binary if order else _read_ascii
     column = read(data[start:], order, before, vertex, vertex is elements[-1])
     return build_from(columns, lambda i: column(places[i]), "ply")
+
+
+def ply_pieces(file: BinaryIO, pick: Pick, n_points: int) -> Iterator[Cloud] | None:
+    """The cloud of a binary PLY file in pieces of so many points; None where rows do not have one size."""
+    data = FileBytes(file)
+    order, elements, start = _header(data)
+    before, vertex = _to_the_vertices(elements)
+    if not order or any(element.n_lists for element in (*before, vertex)):
+        return None
+    columns, places = _chosen(vertex, pick)
+    for element in (*before, vertex):
+        n_bytes = element.count * element.least_size
+        check_bytes(n_bytes, len(data) - start, element.count)
+        start += n_bytes
+    _check_end(len(data) - start, vertex, vertex is elements[-1])
+    begin = start - vertex.count * vertex.least_size
+
+    def pieces() -> Iterator[Cloud]:
+        for first in range(0, vertex.count, n_points):
+            count = min(n_points, vertex.count - first)
+            place = begin + first * vertex.least_size
+            column = _columns_of(data[place : place + count * vertex.least_size], order, vertex, count)
+            yield build_from(columns, lambda i: column(places[i]), "ply", first)  # noqa: B023
+
+    return pieces()
+
+
+def _to_the_vertices(elements: list[_Element]) -> tuple[list[_Element], _Element]:
+    """The elements before the vertices, and these."""
+    names = [element.name for element in elements]
+    if "vertex" not in names:
+        raise UnreadableFileError("header", "the PLY file has no element named vertex")
+    return elements[: names.index("vertex")], elements[names.index("vertex")]
+
+
+def _chosen(vertex: _Element, pick: Pick) -> tuple[Columns, list[int]]:
+    """Which of the properties that are no lists are read, and where each of these stands among all."""
+    places = [i for i, item in enumerate(vertex.properties) if item.length_kind is None]
+    return find_columns([vertex.properties[i].name for i in places], pick), places
 
 
 def _read_ascii(
@@ -114,14 +151,23 @@ def _read_binary(
     data: memoryview, order: str, before: list[_Element], vertex: _Element, last: bool
 ) -> Callable[[int], np.ndarray]:
     data, starts = _starts(data, [*before, vertex], order)
-    left = len(data) - int(starts[-1])
+    _check_end(len(data) - int(starts[-1]), vertex, last)
+    if not vertex.n_lists:
+        return _columns_of(data, order, vertex, vertex.count)
+    return lambda i: _column(data, order, vertex.properties[: i + 1], starts[:-1])
+
+
+def _check_end(left: int, vertex: _Element, last: bool) -> None:
+    """Raise where bytes of more vertices follow those announced."""
     if last and left >= vertex.least_size:
         raise UnreadableFileError("file", f"{left} bytes follow the {vertex.count} vertices announced")
-    if not vertex.n_lists:
-        kinds = [(f"p{i}", order + item.kind) for i, item in enumerate(vertex.properties)]
-        rows = np.ndarray(vertex.count, np.dtype(kinds), data)
-        return lambda i: rows[f"p{i}"]
-    return lambda i: _column(data, order, vertex.properties[: i + 1], starts[:-1])
+
+
+def _columns_of(data: memoryview, order: str, vertex: _Element, count: int) -> Callable[[int], np.ndarray]:
+    """The columns of so many rows without lists."""
+    kinds = [(f"p{i}", order + item.kind) for i, item in enumerate(vertex.properties)]
+    rows = np.ndarray(count, np.dtype(kinds), data)
+    return lambda i: rows[f"p{i}"]
 
 
 def _starts(data: memoryview, elements: list[_Element], order: str) -> tuple[memoryview, NDArray[np.int64]]:
@@ -223,7 +269,7 @@ def _size(kind: str) -> int:
     return int(kind[-1])
 
 
-def _header(data: memoryview) -> tuple[str, list[_Element], int]:
+def _header(data: Stretch) -> tuple[str, list[_Element], int]:
     """The order of the bytes, the elements, and where their rows start.
 
     Lines end as the first one does: a body in binary may begin with the other letter.

@@ -15,6 +15,7 @@ from .jobs import jobs
 from .mcp import mcp
 from .parts import bench, paper, synth
 from .service import openapi, serve, settings
+from .table import table
 
 # As in the service: one thread a process, so that every way in gives the same numbers.
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -60,7 +61,7 @@ def _primfit(
 ) -> None: ...
 
 
-for _command in (fit, batch, serve, mcp, settings, openapi, synth, paper):
+for _command in (fit, batch, table, serve, mcp, settings, openapi, synth, paper):
     app.command()(_command)
 app.add_typer(jobs, name="jobs")
 # It has a help of its own.

@@ -1,8 +1,9 @@
 """`primfit batch`: many clouds, the answer of each in a file of its own."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from ..batch import Summary
     from ..plan import Plan
 
+_GOES_ON = "the same command goes on from there"
+
 
 def batch(
     context: typer.Context,
@@ -24,15 +27,28 @@ def batch(
     ],
     out: Annotated[Path, typer.Option(help="Folder for the answers.", file_okay=False)],
     format: Annotated[
-        Literal["json", "shrec22"],
-        typer.Option(help="NAME.json, or NAME_prediction.txt in the format of the SHREC 2022 track."),
+        Literal["json", "shrec22", "parquet"],
+        typer.Option(
+            help="NAME.json; NAME_prediction.txt in the format of the SHREC 2022 track; or Parquet, a row a "
+            "segment, in a run that goes on where it was broken off."
+        ),
     ] = "json",
     workers: Annotated[
-        int,
+        int | None,
         typer.Option(
             min=1, show_default="one a core", help="Processes; any number of them gives the same answers."
         ),
-    ] = os.cpu_count() or 1,
+    ] = None,
+    executor: Annotated[
+        Literal["local", "ray"],
+        typer.Option(help="Processes of this machine, or of a Ray cluster, which give the same answers."),
+    ] = "local",
+    address: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOST:PORT", help="Of the cluster.", show_default="one that runs here, or else a new one"
+        ),
+    ] = None,
     labels: of.Labels = None,
     kind: of.Kinds = None,
     classifier: of.Classifier = None,
@@ -60,16 +76,28 @@ def batch(
 ) -> None:
     """Fit many clouds; each answer goes into a file of its own.
 
-    With --labels the answer for each segment goes into NAME/LABEL.json.
+    With --labels the answer for each segment goes into NAME/LABEL.json. With --format parquet inputs may also
+    be patterns, URLs, Parquet files and lists of inputs (@FILE); 'primfit table' reads the rows.
 
     Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
     """
+    from ...engine.executors import team_of
+    from ...engine.ray_team import ClusterError
     from ...engine.team import LostWorkerError
+    from ...readers.formats import SUFFIXES
     from ..batch import InterruptedRunError, run
     from ..gathered import Gathered
-    from ..plan import SUFFIXES, CollisionError, plan
+    from ..plan import CollisionError, plan
 
     options = of.checked(context.params)
+    if address is not None and executor != "ray":
+        raise _refused("--address", "it is that of a cluster: add --executor ray")
+    size = workers or (os.cpu_count() or 1 if executor == "local" else None)
+    files = {"step": step, "csv": table, "report": report}
+    if format == "parquet":
+        if any(files.values()):
+            raise _refused("--format", "--step, --table and --report are not for parquet: see primfit table")
+        raise typer.Exit(_in_rows(inputs, out, options, labels, executor, size, address))
     try:
         planned = plan(inputs, out, format, labels)
     except CollisionError as error:
@@ -78,16 +106,19 @@ def batch(
     if not planned.targets:
         complain("batch", f"no {' '.join(SUFFIXES)} file was found")
         raise typer.Exit(BAD_INPUT)
-    files = {"step": step, "csv": table, "report": report}
     gathered = Gathered({name: file for name, file in files.items() if file is not None})
     gathered.check(planned, options.get("include", ANSWER_PARTS))
     try:
-        summary = run(planned, format, options, workers, labels, gathered.gather)
+        most = None if labels else len(planned.targets)
+        team = team_of(executor, size, address, most=most)
+        summary = run(planned, format, options, team, labels, gathered.gather)
     except OSError as error:
         why = "it is no folder" if isinstance(error, FileExistsError) else error.strerror or error
         complain(str(error.filename or out), f"cannot be written: {why}")
         raise typer.Exit(BAD_INPUT) from None
-    except LostWorkerError as error:
+    except ImportError as error:
+        raise _refused("batch", str(error)) from None
+    except (LostWorkerError, ClusterError) as error:
         complain("batch", f"{error}; answers up to then are in {out}")
         raise typer.Exit(INTERNAL_ERROR) from None
     except InterruptedRunError as error:
@@ -98,6 +129,44 @@ def batch(
         statuses += gathered.write(summary.parts)
     _tell(summary, planned, out)
     raise typer.Exit(worst(statuses) if summary.n_clouds else BAD_INPUT)
+
+
+def _in_rows(
+    inputs: list[str],
+    out: Path,
+    options: Mapping[str, Any],
+    labels: str | None,
+    executor: Literal["local", "ray"],
+    workers: int | None,
+    address: str | None,
+) -> int:
+    """The exit status of a run that writes rows."""
+    try:
+        from ...bulk.parts import OtherRunError
+        from ...bulk.run import LostTaskError
+        from ...bulk.sources import GivenTwiceError
+        from ...engine.executors import team_of
+        from ...engine.ray_team import ClusterError
+        from ..in_rows import InterruptedRowsError, answer_in_rows
+
+        team = team_of(executor, workers, address, apart=True)
+        return answer_in_rows(inputs, out, options, labels, team)
+    except (ImportError, OtherRunError, GivenTwiceError) as error:
+        raise _refused("batch", str(error)) from None
+    except OSError as error:
+        complain(str(error.filename or out), f"{error.strerror or error}; {_GOES_ON}")
+        return BAD_INPUT
+    except (LostTaskError, ClusterError) as error:
+        complain("batch", f"{error}; {_GOES_ON}")
+        return INTERNAL_ERROR
+    except InterruptedRowsError as error:
+        complain("batch", f"{error}; {_GOES_ON}")
+        return INTERRUPTED
+
+
+def _refused(subject: str, message: str) -> typer.Exit:
+    complain(subject, message)
+    return typer.Exit(BAD_INPUT)
 
 
 def _tell(summary: "Summary", planned: "Plan", out: Path) -> None:

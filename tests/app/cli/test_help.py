@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from primfit.app.cli.commands import app
 from tests.paths import EXAMPLES
 
-COMMANDS = ("fit", "batch", "serve", "mcp", "settings", "openapi", "jobs", "synth", "paper", "bench")
+COMMANDS = ("fit", "batch", "table", "serve", "mcp", "settings", "openapi", "jobs", "synth", "paper", "bench")
 PRIMFIT = Path(sys.executable).with_name("primfit")
 
 

@@ -98,6 +98,55 @@ def test_a_process_that_is_killed_ends_the_work_and_leaves_no_files() -> None:
     assert not scratch.parent.exists()
 
 
+def killed_at(poison: int, number: int) -> int:
+    if number == poison:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return os.getpid()
+
+
+def alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@posix
+@pytest.mark.parametrize("size", [1, 2])
+def test_a_process_that_is_killed_costs_its_chunk_only(size: int) -> None:
+    found, lost = [], 0
+    with Team(size, apart=True) as team:
+        for outcome in [team.submit(partial(killed_at, 3), range(n, n + 2)) for n in range(0, 12, 2)]:
+            try:
+                found += outcome.results()
+            except LostWorkerError:
+                lost += 1
+    assert lost == 1 and len(found) == 10
+    assert os.getpid() not in found
+    assert size > 1 or len(set(found)) == 2
+
+
+@posix
+def test_a_process_that_is_killed_while_it_has_no_work_costs_nothing() -> None:
+    with Team(1, apart=True) as team:
+        [process] = team.submit(partial(killed_at, -1), [0]).results()
+        os.kill(process, signal.SIGKILL)
+        while alive(process):
+            time.sleep(0.01)
+        [other] = team.submit(partial(killed_at, -1), [0]).results()
+    assert other != process
+
+
+def test_one_process_may_be_apart() -> None:
+    with Team(1, apart=True) as team:
+        scratch = team.scratch()
+        assert scratch is not None
+        found = list(team.in_order(team.submit(squared, [n]) for n in range(4)))
+    assert [number for number, _ in found] == [0, 1, 4, 9]
+    assert len({process for _, process in found} - {os.getpid()}) == 1
+
+
 SCRIPT = """
     import multiprocessing, os, signal, threading, time
     import numpy as np
