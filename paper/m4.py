@@ -14,9 +14,10 @@ It leaves open
     answered if no kind comes below it; what becomes of a cone's sign.
 Chosen
     Channels of a third of MinkowskiEngine's and a convolution in plain torch (`parts.voxels`); coordinates as
-    features, as in its example; 1,024 points of a cloud; weights of 1 (`parts.losses`). The threshold is
+    features, as in its example; 1,024 points of a cloud; weights of 1 (`parts.losses`); cones open to the
+    centroid. The threshold is not one number, which the paper's is and never acted on its test set: it is
     `NEARER` times the mean distance of the nearest of the five kinds, so it follows the noise of the cloud,
-    and one kind always comes below it. Least squares sees all points.
+    and one kind always comes below it. All five are fitted for that. Least squares sees all points.
 """
 
 from pathlib import Path

@@ -4,7 +4,10 @@ The least squares are algebraic,  |x|^2 = 2 c . x + b  with  r^2 = b + |c|^2, wh
 page that the paper cites, jekel.me/2015/Least-Squares-Sphere-Fit.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
+from numpy.typing import NDArray
 
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.primitives.sphere import Sphere
@@ -22,27 +25,29 @@ def sampled_sphere(points: Array, rng: np.random.Generator) -> Sphere | None:
     """The sphere with the most inliers; None where four points are missing, or no sphere has any."""
     if len(points) < FEWEST:
         return None
-    centers, radii = algebraic_spheres(points, chosen(len(points), rng))
-    distances = np.array([np.linalg.norm(points - center, axis=1) for center in centers])
-    inliers = (np.abs(distances - radii[:, None]) <= FAR * radii[:, None]).sum(axis=1)
+    columns, target = np.column_stack([2.0 * points, np.ones(len(points))]), np.square(points).sum(axis=1)
+    # One sample after the other: a hundred of a large cloud at once take gigabytes.
+    spheres = [algebraic_sphere(columns[rows], target[rows]) for rows in samples(len(points), rng)]
+    inliers = [inliers_of(points, *sphere) for sphere in spheres]
     best = int(np.argmax(inliers))
-    usable = inliers[best] and 0.0 < radii[best] < np.inf
-    return Sphere(centers[best], radii[best]) if usable else None
+    center, radius = spheres[best]
+    return Sphere(center, radius) if inliers[best] and 0.0 < radius < np.inf else None
 
 
-def chosen(n: int, rng: np.random.Generator) -> Array:
-    """Samples (SAMPLES, n) of a share of n points: 1 where one is chosen."""
+def samples(n: int, rng: np.random.Generator) -> Iterator[NDArray[np.bool_]]:
+    """Of n points, which are in each of the samples."""
     size = max(FEWEST, round(SHARE * n))
-    return (rng.random((SAMPLES, n)).argsort(axis=1) < size).astype(float)
+    return (rng.random(n).argsort() < size for _ in range(SAMPLES))
 
 
-def algebraic_spheres(points: Array, samples: Array) -> tuple[Array, Array]:
-    """Centers (K, 3) and radii (K,) by least squares on K samples (K, N) of points near the origin."""
-    columns = np.column_stack([2.0 * points, np.ones(len(points))])
-    target = np.einsum("ij,ij->i", points, points)
-    products = np.einsum("ni,nj->nij", columns, columns).reshape(len(points), -1)
-    normal = (samples @ products).reshape(-1, 4, 4)
-    right = samples @ (columns * target[:, None])
-    solution = np.einsum("kij,kj->ki", np.linalg.pinv(normal, hermitian=True), right)
-    centers = solution[:, :3]
-    return centers, np.sqrt(np.maximum(solution[:, 3] + np.einsum("ki,ki->k", centers, centers), 0.0))
+def algebraic_sphere(columns: Array, target: Array) -> tuple[Array, float]:
+    """Center and radius by least squares on rows (2 x, 1) and squared norms of points near the origin."""
+    solution = np.linalg.pinv(columns.T @ columns, hermitian=True) @ (columns.T @ target)
+    center = solution[:3]
+    return center, float(np.sqrt(max(solution[3] + center @ center, 0.0)))
+
+
+def inliers_of(points: Array, center: Array, radius: float) -> int:
+    """How many points are near to a sphere."""
+    away = np.linalg.norm(points - center, axis=1) - radius
+    return int((np.abs(away) <= FAR * radius).sum())

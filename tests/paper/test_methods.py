@@ -13,7 +13,7 @@ from tests.paper.degenerate import DEGENERATE
 DIRECT = ("m1", "m2")
 SEED = 31
 RIGHT = {"m1": 40, "m2": 38}
-"""Of fifty clouds of the benchmark, at least; on 925 they reach the shares that docs/paper.md has."""
+"""Of fifty clouds of the benchmark, at least; the report has what they reach on 925."""
 
 
 @pytest.fixture(scope="module", params=DIRECT)

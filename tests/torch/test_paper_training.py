@@ -28,10 +28,11 @@ from primfit.paper.parts.normalization import unit_sphere
 from primfit.paper.parts.stored import arrays_of, built, restored
 from primfit.paper.training import running
 from primfit.paper.training.clouds import Clouds, clouds
-from primfit.paper.training.learning import learned
+from primfit.paper.training.learning import EPOCH, learned
 from primfit.paper.training.measuring import l2, measured
 from primfit.paper.training.running import Run, finished, trained
 from primfit.paper.training.stages import Stage, stages
+from tests.paths import ROOT
 
 STAGES = {stage.name: stage for stage in stages()}
 MOST_BYTES = 8 * 2**20
@@ -258,3 +259,19 @@ def test_tangent_planes_of_a_cone_meet_in_its_vertex() -> None:
     assert found is not None
     np.testing.assert_allclose(found.apex, cone.apex, atol=0.03)
     assert found.axis @ cone.axis > 0.999 and abs(found.half_angle - 0.6) < 0.02
+
+
+def test_the_page_says_how_many_clouds_each_network_is_shown() -> None:
+    lines = (ROOT / "docs" / "paper.md").read_text().splitlines()
+    for stage in stages():
+        row = next(line for line in lines if named_in(line, stage.name))
+        assert f"| {stage.epochs} x {EPOCH:,}" in row and f"| {stage.points:,} |" in row, stage.name
+
+
+def named_in(line: str, name: str) -> bool:
+    """Whether a row of the table is that of a network; KIND stands for every kind."""
+    kind = name.partition("-")[2]
+    if kind.isdigit():
+        return line.startswith("| `m5-1` to `m5-3` |")
+    names = {name} if kind == "kind" else {name, name.replace(kind, "KIND")}
+    return any(f"`{each}`" in line for each in names) and line.startswith("| ") and " x " in line

@@ -102,7 +102,7 @@ def not_ahead(data: Data) -> Iterator[str]:
     said = [text.format(_listing(by_outcome[name])) for name, text in WHERE.items() if name in by_outcome]
     if "behind" not in by_outcome and said:
         said.insert(0, "primfit is nowhere behind.")
-    everything = f"ahead of {_names(made)} in {_listed(MEASURES)} on {_everywhere(made)}"
+    everything = f"ahead {_everywhere(made)}"
     yield " ".join([*said, f"Elsewhere it is {everything}." if said else f"primfit is {everything}."])
     short = [*by_outcome.get("behind", []), *by_outcome.get("level", [])]
     if short:
@@ -134,15 +134,20 @@ def _table(short: Sequence[Comparison]) -> list[str]:
 
 
 def _everywhere(made: Sequence[Comparison]) -> str:
+    """All that was compared: "of m1 and m2 in TPR, ... and L2 on A0 and A1; of m4 in ..."."""
+    by_method = grouped(made, lambda one: one.method)
+    alike = grouped(by_method, lambda method: _where(by_method[method]))
+    return "; ".join(
+        f"of {_listed(those)} in {_listed(MEASURES)} on {where}" for where, those in alike.items()
+    )
+
+
+def _where(made: Sequence[Comparison]) -> str:
     """Where there are records."""
     seen = list(dict.fromkeys(one.place for one in made))
     whole = set(seen) >= set(TYPES)
     places = ["every perturbation", *(place for place in seen if place not in TYPES)] if whole else seen
     return _listed([f"{place} (without L2)" if place == SEGMENTS else place for place in places])
-
-
-def _names(made: Sequence[Comparison]) -> str:
-    return _listed(list(dict.fromkeys(one.method for one in made)))
 
 
 def _listed(words: Sequence[str]) -> str:

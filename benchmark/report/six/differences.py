@@ -24,8 +24,8 @@ def differences(methods: Iterable[str], root: Path = sources.ROOT) -> Iterator[s
     yield ""
     yield (
         "The paper leaves much open, and its networks learned from its 46,000 training clouds, most on GPUs. "
-        "These learn from fewer clouds of the same laws on two processor cores, and are as small as 8 MB a "
-        "method allow. [paper.md](paper.md) has what they are trained with."
+        "These learn from fewer clouds of the same laws on two processor cores, and are small: "
+        "at most 8 MB a method. [paper.md](paper.md) has what they are trained with."
     )
     yield ""
     for method in known:

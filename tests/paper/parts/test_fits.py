@@ -1,5 +1,7 @@
 """The direct fits that methods end with."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -61,6 +63,17 @@ def test_the_sampled_sphere_is_the_one_that_most_points_are_near_to():
     found = sampled_sphere(points, np.random.default_rng(1))
     assert found.radius == pytest.approx(0.4, abs=0.02)
     assert np.linalg.norm(found.center - truth.center) < 0.03
+
+
+def test_the_samples_of_a_large_cloud_are_not_all_held_at_once():
+    points = sample(EXAMPLES["sphere"], 20_000)
+    tracemalloc.start()
+    try:
+        sampled_sphere(points, np.random.default_rng(1))
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert most < 20 * points.nbytes
 
 
 def test_few_points_and_one_place_have_no_sampled_sphere():

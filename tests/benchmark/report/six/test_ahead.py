@@ -50,7 +50,8 @@ def test_where_it_is_not_is_said_first_and_with_figures():
         "It is level with m2 in TPR, TNR, PPV, NPV and ACC on A2. "
         "Both are perfect, so that nobody can be ahead: m1 in TPR, TNR, PPV, NPV, ACC and L2 on A0, "
         "in TNR and PPV on A1. "
-        "Elsewhere it is ahead of m1 and m2 in TPR, TNR, PPV, NPV, ACC and L2 on A0, A1 and A2."
+        "Elsewhere it is ahead of m1 in TPR, TNR, PPV, NPV, ACC and L2 on A0 and A1; "
+        "of m2 in TPR, TNR, PPV, NPV, ACC and L2 on A2."
     )
     m1, m2 = lines[-2:]
     assert m1 == "| m1 | A1 | **1.0000 / 0.8000** |  |  | **1.0000 / 0.9600** | **1.0000 / 0.9600** |  |"
