@@ -34,7 +34,7 @@ class RegressedByPointNet:
 
     name = "m3"
     title = "M3: PointNet"
-    settings = f"Networks of paper/weights/m3-*; they see {POINTS} points in the unit sphere."
+    settings = f"networks of paper/weights/m3-*, which see {POINTS} points in the unit sphere"
 
     def __init__(self, directory: Path = DIRECTORY) -> None:
         self.kinds = restored("m3-kind", directory)

@@ -13,7 +13,7 @@ Chosen
     (`training.stages.BUNDLE`) and are the only ones trained. Where all disagree, the largest mean
     probability decides. Where tangent planes do not meet in a cone, least squares fits it. Tori, too, are
     fitted by `parts.least_squares`. The rate is that of `training.stages`: there are fewer steps than the
-    paper had.
+    paper had. Networks are measured on clouds of another seed instead of a share of the same.
 """
 
 from collections import Counter
@@ -45,7 +45,7 @@ class PointNetBundle:
 
     name = "m5"
     title = "M5: PointNet bundle and least squares"
-    settings = f"Networks of paper/weights/m5-*; they see {POINTS} points in the unit sphere."
+    settings = f"networks of paper/weights/m5-*, which see {POINTS} points in the unit sphere"
 
     def __init__(self, directory: Path = DIRECTORY) -> None:
         self.networks = [restored(f"m5-{number}", directory) for number in range(1, BUNDLE + 1)]

@@ -11,7 +11,8 @@ It leaves open
 Chosen
     All of `parts.views`: one picture of six channels, 48 pixels wide, and a smaller AlexNet without
     pretrained weights, which are not to be had with this project; 2,048 points of a cloud; while it learns,
-    clouds are mirrored along principal axes. Least squares starts from closed forms (`parts.least_squares`).
+    clouds are mirrored along principal axes. It is measured on clouds of another seed. Least squares starts
+    from closed forms (`parts.least_squares`).
 """
 
 from pathlib import Path
@@ -34,7 +35,7 @@ class AlexNetIso:
 
     name = "m6"
     title = "M6: AlexNet and ISO reconstruction standards"
-    settings = f"The network of paper/weights/m6-kind; its images show {POINTS} points in the unit sphere."
+    settings = f"the network of paper/weights/m6-kind, whose images show {POINTS:,} points in the unit sphere"
 
     def __init__(self, directory: Path = DIRECTORY) -> None:
         self.network = restored("m6-kind", directory)

@@ -102,8 +102,9 @@ def not_ahead(data: Data) -> Iterator[str]:
     said = [text.format(_listing(by_outcome[name])) for name, text in WHERE.items() if name in by_outcome]
     if "behind" not in by_outcome and said:
         said.insert(0, "primfit is nowhere behind.")
-    everything = f"ahead {_everywhere(made)}"
-    yield " ".join([*said, f"Elsewhere it is {everything}." if said else f"primfit is {everything}."])
+    if "ahead" in by_outcome:
+        said.append(f"{'Elsewhere it' if said else 'primfit'} is ahead {_everywhere(made)}.")
+    yield " ".join(said)
     short = [*by_outcome.get("behind", []), *by_outcome.get("level", [])]
     if short:
         yield ""

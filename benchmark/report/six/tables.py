@@ -89,7 +89,11 @@ def _cell(cell: Cell, at: dict[Level | None, list[Record]], level: Level) -> str
 def _cells(set_: str) -> dict[str, Cell]:
     """What is shown of each level, in one number."""
     medians = {f"{title}, median": _median_of(error) for error, title in errors_of(set_).items()}
-    return {"macro TPR": _recall, **medians, "ms": _milliseconds}
+    return {"clouds": _count, "macro TPR": _recall, **medians, "ms": _milliseconds}
+
+
+def _count(records: Sequence[Record]) -> str:
+    return f"{len(records):,}"
 
 
 def _recall(records: Sequence[Record]) -> str:

@@ -73,7 +73,7 @@ def test_other_sets_count_as_one_place():
     assert len(found) == 11 and (found[5].theirs, found[5].ours) == (1e-5, 1e-4)
     sentence, *_ = said(*ours, *theirs)
     assert sentence.startswith("primfit is behind m4 in L2 on clouds of sensors. Both are perfect")
-    assert sentence.endswith(" and L2 on clouds of sensors and real segments (without L2).")
+    assert sentence.endswith(": m4 in TPR, TNR, PPV, NPV and ACC on clouds of sensors and real segments.")
 
 
 def test_only_clouds_of_both_count():

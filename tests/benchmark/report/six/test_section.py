@@ -89,17 +89,18 @@ def test_every_level_of_a_group_has_a_column(data):
     lines = tables.by_group(data, "shrec", "points")
     levels = data.levels("shrec", "points")
     assert rows(lines, "measure", "method") == [[str(level) for level in levels]]
-    measures = ["macro TPR", "L2, median", "MFE, sampled surface, median"]
+    measures = ["clouds", "macro TPR", "L2, median", "MFE, sampled surface, median"]
     assert [cells[0] for cells in rows(lines)][2::3] == [
         *measures,
         "directed Hausdorff, sampled surface, median",
         "ms",
     ]
     (cells,) = rows(lines, "L2, median", "**primfit**")
-    for cell, level in zip(cells, levels, strict=True):
+    (counts,) = rows(lines, "clouds", "**primfit**")
+    for cell, count, level in zip(cells, counts, levels, strict=True):
         mine = [r for r in data.of_set("shrec", "primfit") if r.groups["points"] == level]
         middle = sorted(record.error("l2") for record in mine)[(len(mine) - 1) // 2]
-        assert cell == f"{middle:.1e}"
+        assert cell == f"{middle:.1e}" and count == str(len(mine))
 
 
 def test_published_answers_stand_beside(data):
