@@ -52,7 +52,5 @@ def test_a_state_while_it_is_fitted(viewer: Browser, service: Service, state: st
 
 def test_a_key_is_asked_for(viewer: Browser, guarded_service: Service) -> None:
     visit(viewer, guarded_service.port)
-    viewer.run("sessionStorage.clear()")
-    visit(viewer, guarded_service.port)
     key_asked(viewer, guarded_service)
     keeps_nobody_out(viewer)

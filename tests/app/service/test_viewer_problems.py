@@ -119,8 +119,6 @@ def test_what_is_no_number_is_not_sent(viewer: Browser) -> None:
 
 def test_a_wrong_key_is_told_and_the_right_one_works(page: Browser, guarded_service: Service) -> None:
     visit(page, guarded_service.port)
-    page.run("sessionStorage.clear()")
-    visit(page, guarded_service.port)
     tells(page, guarded_service.client.get("/capabilities").json())
     page.type(KEY, f"a-wrong-key-{ENTER}")
     wrong = guarded_service.client.get("/capabilities", headers={"X-API-Key": "a-wrong-key-"}).json()
