@@ -405,8 +405,6 @@ def silent(page: Browser, service: Service) -> Iterator[None]:
 @contextmanager
 def asked(page: Browser, service: Service) -> Iterator[None]:
     visit(page, service.port)
-    page.run("sessionStorage.clear()")
-    visit(page, service.port)
     page.wait_for(f"document.querySelector('{KEY}') !== null")
     yield
 
