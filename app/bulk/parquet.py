@@ -15,10 +15,10 @@ from ..readers import Cloud, Pick, UnreadableFileError
 from ..readers.cloud import as_labels, build_cloud, string_labels
 from ..readers.columns import Columns, as_columns, find_columns
 from . import places
+from .arrow import arrow
 from .refs import Ref, segment_id
 from .repeated import repeated
 
-NEEDED = "Parquet is read by an extra: pip install 'primfit[bulk]'"
 _ROWS = 64
 """Rows that are segments and are read at once; one of them may hold as many points as a task."""
 
@@ -134,10 +134,9 @@ def _opened(place: str) -> Any:
 
 @lru_cache(maxsize=4)
 def _kept(place: str) -> Any:
-    try:
-        from pyarrow.parquet import ParquetFile
-    except ImportError as error:
-        raise ImportError(NEEDED) from error
+    arrow()
+    from pyarrow.parquet import ParquetFile
+
     file = places.opened(place) if places.is_remote(place) else place
     return ParquetFile(file, pre_buffer=False, buffer_size=2**20)
 

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from io import BytesIO
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from primfit.fitting.names import KINDS
 from primfit.fitting.primitives import DIRECTIONS, names_of
 
 from ..engine.answer import to_json
+from .arrow import arrow
 from .refs import Ref
 
 if TYPE_CHECKING:
@@ -32,7 +32,6 @@ Row = dict[str, Any]
 VERSION = 1
 """Of the columns: a new one, or another meaning of one, makes a new version."""
 
-NEEDED = "Parquet needs an extra: pip install 'primfit[bulk]'"
 PROBLEM = "problem"
 """The status of a segment that could not be fitted; the others are those of an answer."""
 
@@ -162,16 +161,6 @@ def told_of(content: bytes) -> Told | None:
         return Told(about, file.read(["status"]).column("status").to_pylist())
     except (pa.ArrowException, OSError, KeyError, ValueError):
         return None
-
-
-def arrow() -> ModuleType:
-    """pyarrow; raises `ImportError` with what to do where it is missing."""
-    try:
-        import pyarrow
-    except ImportError as error:
-        raise ImportError(NEEDED) from error
-    module: ModuleType = pyarrow
-    return module
 
 
 def _columns(pa: Any) -> Iterator[tuple[str, Any]]:

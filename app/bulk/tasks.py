@@ -12,7 +12,7 @@ LONGEST = 5.0
 """Seconds that a task of several segments takes, at most and about: to send it takes far less, and little is
 lost with it."""
 
-PER_SEGMENT, PER_POINT = 0.017, 7.7e-6
+PER_SEGMENT, PER_POINT = 0.015, 7.3e-6
 """Seconds of a core, measured by `python -m primfit.benchmark.speed.cost`."""
 
 

@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-import typer
-
 from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.names import ANSWER_PARTS
 
 from ..exports import ExportOptions, Fitted, NothingToExportError, Outcome, check_parts, outcomes
 from .identity import identity
-from .status import BAD_INPUT, complain, worst
+from .status import BAD_INPUT, complain, refused, worst
 
 
 @dataclass(frozen=True)
@@ -37,14 +35,14 @@ class Artifacts:
             return None
         if len(inputs) > 1 or labels:
             several = "the segments of a file" if labels else str(len(inputs))
-            raise _refused("fit", f"exports are written of one FILE, not of {several}")
+            raise refused("fit", f"exports are written of one FILE, not of {several}")
         _check_overwriting(given, inputs[0])
         try:
             options = ExportOptions(**how)
             check_parts(given, ANSWER_PARTS if include is None else include)
             return cls(given, options)
         except InvalidOptionError as error:
-            raise _refused(f"--{error.field.replace('_', '-')}", str(error)) from None
+            raise refused(f"--{error.field.replace('_', '-')}", str(error)) from None
 
     def write(self, fitted: Fitted) -> int:
         """Write all of them; the exit status."""
@@ -76,15 +74,10 @@ def _check_overwriting(files: dict[str, Path], read: str) -> None:
     for format, file in files.items():
         known = _known_by(file)
         if known in taken:
-            raise _refused(str(file), f"the export {format} would overwrite {taken[known]}")
+            raise refused(str(file), f"the export {format} would overwrite {taken[known]}")
         taken[known] = f"the export {format}"
 
 
 def _known_by(file: str | Path) -> tuple[int, int] | Path:
     """What the names of one file have in common; of one that is yet to be made its place."""
     return identity(file) or Path(file).resolve()
-
-
-def _refused(subject: str, message: str) -> typer.Exit:
-    complain(subject, message)
-    return typer.Exit(BAD_INPUT)

@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 from primfit.fitting.errors import InvalidOptionError
 
 from .batch import Gather
 from .identity import identity
 from .plan import Plan
-from .status import BAD_INPUT, complain
+from .status import BAD_INPUT, complain, refused
 
 if TYPE_CHECKING:
     from ..exports.many import Part
@@ -40,14 +38,14 @@ class Gathered:
         try:
             check_parts([name for name in self.files if name == "step"], include)
         except InvalidOptionError as error:
-            raise _refused("--include", str(error)) from None
+            raise refused("--include", str(error)) from None
         sources = {identity(name) for name in plan.targets.values()} - {None}
         taken = {target.resolve() for target in plan.targets}
         for name, file in self.files.items():
             if identity(file) in sources:
-                raise _refused(FLAGS[name], f"it would overwrite the input {file}")
+                raise refused(FLAGS[name], f"it would overwrite the input {file}")
             if file.resolve() in taken:
-                raise _refused(FLAGS[name], f"something else is written to {file}, too")
+                raise refused(FLAGS[name], f"something else is written to {file}, too")
             taken.add(file.resolve())
 
     def write(self, parts: "Sequence[Part]") -> list[int]:
@@ -67,8 +65,3 @@ class Gathered:
         else:
             return 0
         return BAD_INPUT
-
-
-def _refused(flag: str, message: str) -> typer.Exit:
-    complain(flag, message)
-    return typer.Exit(BAD_INPUT)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.names import ANSWER_PARTS
 
 from .. import options as of
-from ..status import BAD_INPUT, EXIT, INTERNAL_ERROR, INTERRUPTED, complain, worst
+from ..status import BAD_INPUT, EXIT, INTERNAL_ERROR, INTERRUPTED, complain, refused, worst
 
 if TYPE_CHECKING:
     from ..batch import Summary
@@ -81,7 +82,7 @@ def batch(
 
     Exit status: 0 when every input has its answer (whatever its status), 2 when one has not.
     """
-    from ...engine.executors import team_of
+    from ...engine.executors import check_executor, team_of
     from ...engine.ray_team import ClusterError
     from ...engine.team import LostWorkerError
     from ...readers.formats import SUFFIXES
@@ -90,13 +91,15 @@ def batch(
     from ..plan import CollisionError, plan
 
     options = of.checked(context.params)
-    if address is not None and executor != "ray":
-        raise _refused("--address", "it is that of a cluster: add --executor ray")
+    try:
+        check_executor(executor, address)
+    except InvalidOptionError as error:
+        raise refused("--address", str(error)) from None
     size = workers or (os.cpu_count() or 1 if executor == "local" else None)
     files = {"step": step, "csv": table, "report": report}
     if format == "parquet":
         if any(files.values()):
-            raise _refused("--format", "--step, --table and --report are not for parquet: see primfit table")
+            raise refused("--format", "--step, --table and --report are not for parquet: see primfit table")
         raise typer.Exit(_in_rows(inputs, out, options, labels, executor, size, address))
     try:
         planned = plan(inputs, out, format, labels)
@@ -117,7 +120,7 @@ def batch(
         complain(str(error.filename or out), f"cannot be written: {why}")
         raise typer.Exit(BAD_INPUT) from None
     except ImportError as error:
-        raise _refused("batch", str(error)) from None
+        raise refused("batch", str(error)) from None
     except (LostWorkerError, ClusterError) as error:
         complain("batch", f"{error}; answers up to then are in {out}")
         raise typer.Exit(INTERNAL_ERROR) from None
@@ -152,7 +155,7 @@ def _in_rows(
         team = team_of(executor, workers, address, apart=True)
         return answer_in_rows(inputs, out, options, labels, team)
     except (ImportError, OtherRunError, GivenTwiceError) as error:
-        raise _refused("batch", str(error)) from None
+        raise refused("batch", str(error)) from None
     except OSError as error:
         complain(str(error.filename or out), f"{error.strerror or error}; {_GOES_ON}")
         return BAD_INPUT
@@ -162,11 +165,6 @@ def _in_rows(
     except InterruptedRowsError as error:
         complain("batch", f"{error}; {_GOES_ON}")
         return INTERRUPTED
-
-
-def _refused(subject: str, message: str) -> typer.Exit:
-    complain(subject, message)
-    return typer.Exit(BAD_INPUT)
 
 
 def _tell(summary: "Summary", planned: "Plan", out: Path) -> None:

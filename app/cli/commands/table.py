@@ -11,7 +11,7 @@ import typer
 
 from primfit.fitting.names import Unit
 
-from ..status import BAD_INPUT, complain
+from ..status import complain, refused
 
 if TYPE_CHECKING:
     from ...bulk.selection import Selection
@@ -80,26 +80,26 @@ def table(
         else:
             _tabulate(selection, columns, format, out, limit is not None)
     except BadQueryError as error:
-        raise _refused("table", str(error)) from None
+        raise refused("table", str(error)) from None
     except ImportError as error:
-        raise _refused("table", str(error)) from None
+        raise refused("table", str(error)) from None
     except OSError as error:
-        raise _refused(str(error.filename or place), str(error.strerror or error)) from None
+        raise refused(str(error.filename or place), str(error.strerror or error)) from None
 
 
 def _check(given: Mapping[str, Any]) -> None:
     """End with a complaint about options that do not go together."""
     format, gathered = given["format"], given["format"] in GATHERED
     if given["out"] is None and format not in ("text", "csv"):
-        raise _refused("--out", f"a file is needed for {format}")
+        raise refused("--out", f"a file is needed for {format}")
     if gathered and (given["columns"] or given["count"]):
-        raise _refused("--format", f"{format} has no columns: leave out --columns and --count")
+        raise refused("--format", f"{format} has no columns: leave out --columns and --count")
     if given["columns"] and given["count"]:
-        raise _refused("--count", "it names the columns: leave out --columns")
+        raise refused("--count", "it names the columns: leave out --columns")
     if given["on"] and not given["join"]:
-        raise _refused("--on", "there is no --join FILE")
+        raise refused("--on", "there is no --join FILE")
     if given["unit"] and not gathered:
-        raise _refused("--unit", f"it is for {', '.join(GATHERED)}")
+        raise refused("--unit", f"it is for {', '.join(GATHERED)}")
 
 
 def _check_overwriting(selection: "Selection", join: Path | None, out: Path | None) -> None:
@@ -107,7 +107,7 @@ def _check_overwriting(selection: "Selection", join: Path | None, out: Path | No
         return
     read = [*selection.files, *([join] if join else [])]
     if out.resolve() in {file.resolve() for file in read}:
-        raise _refused("--out", f"it would overwrite the input {out}")
+        raise refused("--out", f"it would overwrite the input {out}")
 
 
 def _note(place: Path) -> None:
@@ -117,7 +117,7 @@ def _note(place: Path) -> None:
     try:
         found = progress_of(place)
     except OtherRunError as error:
-        raise _refused("table", str(error)) from None
+        raise refused("table", str(error)) from None
     if found and (found[0] < found[1] or not found[1]):
         complain(
             str(place), f"the run is not finished: {found[0]} of {found[1] or 'an unknown number of'} tasks"
@@ -162,10 +162,5 @@ def _gather(selection: "Selection", format: str, out: Path, unit: Unit | None) -
     try:
         content = write_many(answers_of(selection), format, ExportOptions(unit))
     except (NothingToExportError, InvalidOptionError) as error:
-        raise _refused(str(out), f"not written: {error}") from None
+        raise refused(str(out), f"not written: {error}") from None
     out.write_bytes(content)
-
-
-def _refused(subject: str, message: str) -> typer.Exit:
-    complain(subject, message)
-    return typer.Exit(BAD_INPUT)
