@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from primfit.fitting.names import Unit
 from primfit.fitting.primitives.primitive import Primitive
 from primfit.fitting.solver.refine import distances
 
-from .method import DIRECTORY, Found
+from .method import DIRECTORY, Found, Method
 
 INCLUDE = ("extents",)
 """No method knows how uncertain its parameters are, or what the noise is."""
@@ -89,12 +90,13 @@ def measured(primitive: Primitive, points: Array) -> tuple[ErrorSummary, Extents
     return error, extents and extents.restored(frame)
 
 
-def receipt(kept: Mapping[str, Any], method: str) -> dict[str, Any]:
-    """The receipt of a cloud for a method: its name in place of options, and its own weights."""
+def receipt(kept: Mapping[str, Any], method: Method) -> dict[str, Any]:
+    """The receipt of a cloud for a method: its name in place of options, its own weights and packages."""
+    used = {name: version(name) for name in method.packages}
     return {
         **kept,
-        "options": {"method": method},
-        "versions": {**kept["versions"], "weights": weights_of(method)},
+        "options": {"method": method.name},
+        "versions": {**kept["versions"], "weights": weights_of(method.name), **used},
     }
 
 

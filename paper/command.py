@@ -73,5 +73,5 @@ def asked(method: Method, cloud: Cloud, options: Mapping[str, Any]) -> tuple[Rec
     """What a method recognizes in a cloud, and the body of its answer."""
     found = recognition(method.fit(cloud.points), cloud.points, cloud.unit)
     kept = engine.receipt(cloud, {"classifier": "none"})
-    body = {**found.to_dict(), "warnings": warnings_of(cloud), "receipt": receipt(kept, method.name)}
+    body = {**found.to_dict(), "warnings": warnings_of(cloud), "receipt": receipt(kept, method)}
     return found, body

@@ -47,6 +47,7 @@ class HoughTransform:
     name = "m1"
     title = "M1: accelerated Hough transform"
     settings = "1,000 points vote, 300 of them with normals; radii up to 8 root mean square extents"
+    packages: tuple[str, ...] = ()
 
     def fit(self, points: Array) -> Found:
         """The kind with the lowest mean fitting error, as it was voted for."""

@@ -54,6 +54,7 @@ class LocalHistograms:
     name = "m2"
     title = "M2: histograms of local features and parameter fitting"
     settings = "k = 3, 5 and 15 as in the paper, in the unit cube; a cone's points lie within 1 % of its side"
+    packages: tuple[str, ...] = ()
 
     def __init__(self) -> None:
         arrays, _ = load("m2", DIRECTORY)

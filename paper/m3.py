@@ -35,6 +35,7 @@ class RegressedByPointNet:
     name = "m3"
     title = "M3: PointNet"
     settings = f"networks of paper/weights/m3-*, which see {POINTS} points in the unit sphere"
+    packages: tuple[str, ...] = ("torch",)
 
     def __init__(self, directory: Path = DIRECTORY) -> None:
         self.kinds = restored("m3-kind", directory)

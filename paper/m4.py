@@ -58,6 +58,7 @@ class ShapeNets:
         f"networks of paper/weights/m4-*, which see {POINTS:,} points in the unit sphere, in cells of 0.05; "
         f"the most probable kind within {NEARER} times the mean distance of the nearest one is answered"
     )
+    packages: tuple[str, ...] = ("torch",)
 
     def __init__(self, directory: Path = DIRECTORY) -> None:
         self.kinds = restored("m4-kind", directory)

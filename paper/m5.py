@@ -46,6 +46,7 @@ class PointNetBundle:
     name = "m5"
     title = "M5: PointNet bundle and least squares"
     settings = f"networks of paper/weights/m5-*, which see {POINTS} points in the unit sphere"
+    packages: tuple[str, ...] = ("torch",)
 
     def __init__(self, directory: Path = DIRECTORY) -> None:
         self.networks = [restored(f"m5-{number}", directory) for number in range(1, BUNDLE + 1)]

@@ -36,6 +36,7 @@ class AlexNetIso:
     name = "m6"
     title = "M6: AlexNet and ISO reconstruction standards"
     settings = f"the network of paper/weights/m6-kind, whose images show {POINTS:,} points in the unit sphere"
+    packages: tuple[str, ...] = ("torch",)
 
     def __init__(self, directory: Path = DIRECTORY) -> None:
         self.network = restored("m6-kind", directory)

@@ -38,11 +38,13 @@ class Method(Protocol):
     name : as in `METHODS`
     title : as the paper calls it
     settings : one sentence for the report: the settings used and how they scale with the cloud
+    packages : those whose version decides its numbers, beside numpy and scipy
     """
 
     name: str
     title: str
     settings: str
+    packages: tuple[str, ...]
 
     def fit(self, points: Array) -> Found:
         """The answer for one cloud; the same for the same points.

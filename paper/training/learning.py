@@ -99,7 +99,7 @@ def epoch_loss(
     """The mean loss of an epoch, after it."""
     learner.network.train()
     losses: list[float] = []
-    steps = steps_of(stage, data)
+    steps = steps_of(stage, len(data.labels))
     for step, batch in enumerate(batches(stage, data, steps, rng)):
         rate = stage.rate * schedule((epoch * steps + step) / (stage.epochs * steps))
         losses.append(step_loss(stage, learner, batch, rate))
@@ -107,9 +107,9 @@ def epoch_loss(
     return float(np.mean(losses))
 
 
-def steps_of(stage: Stage, data: Clouds) -> int:
-    """Of an epoch."""
-    return max(1, min(EPOCH, len(data.labels)) // stage.batch)
+def steps_of(stage: Stage, clouds: int) -> int:
+    """Of an epoch, where there are so many clouds."""
+    return max(1, min(EPOCH, clouds) // stage.batch)
 
 
 def batches(stage: Stage, data: Clouds, steps: int, rng: np.random.Generator) -> Iterator[Batch]:
