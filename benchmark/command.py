@@ -74,7 +74,7 @@ def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench"
 
 def report_action(options: argparse.Namespace) -> int:
     path = write(RecordsFile(options.records), options.out)
-    print(f"written: {path}, benchmark-details.md and images/ beside it")
+    print(f"written: {path}, the other pages and images/ beside it")
     return 0
 
 

@@ -110,8 +110,8 @@ def _add_report(actions: Any) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = actions.add_parser(
         "report",
         help="write benchmark.md and its pictures from the records",
-        description="Write benchmark.md, benchmark-details.md and images/benchmark-*.png from the records; "
-        "nothing is measured.",
+        description="Write benchmark.md, benchmark-details.md and images/benchmark-*.png from the records, "
+        "and where there are any of the paper's methods benchmark-six.md; nothing is measured.",
     )
     for name, default, what in (("records", FOLDER, "records"), ("out", FOLDER / "report", "report")):
         text = f"folder of the {what} (default: {default})"

@@ -1,7 +1,7 @@
 """The records as the report looks at them."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -50,6 +50,10 @@ class Data:
                     f"make the records anew with --restart"
                 )
         return cls(records, file.methods())
+
+    def only(self, methods: Container[str]) -> "Data":
+        """The records of these methods."""
+        return replace(self, records=[record for record in self.records if record.method in methods])
 
     @property
     def methods(self) -> list[str]:

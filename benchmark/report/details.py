@@ -1,4 +1,4 @@
-"""benchmark-details.md: everything by class, perturbation, size and level."""
+"""benchmark-details.md and benchmark-six-details.md: everything by class, perturbation, size and level."""
 
 from collections.abc import Iterator, Sequence
 
@@ -16,14 +16,15 @@ WITHOUT_ERRORS = ("foreign", "sections", REAL)
 """Sets of whose clouds most have no true surface, or none that is known."""
 
 
-def details(data: Data) -> Iterator[str]:
-    """benchmark-details.md: everything by class, perturbation, size and level."""
+def details(data: Data, beside: str) -> Iterator[str]:
+    """All tables of what stands on the page `beside`."""
     yield "# Benchmark: all tables"
     yield ""
     yield "<!-- Written by `primfit bench report`. -->"
     yield ""
     yield (
-        "[benchmark.md](benchmark.md) explains the measures and has the pictures. In the quartiles a wrong "
+        f"[{beside}]({beside}) has the pictures, and [benchmark.md](benchmark.md#the-measures) explains the "
+        "measures. In the quartiles a wrong "
         "answer is infinitely far; mean and standard deviation are those of the right ones."
     )
     for set_ in data.sets:

@@ -10,6 +10,7 @@ import typer
 from primfit.fitting.errors import InvalidOptionError
 from primfit.fitting.names import ANSWER_PARTS
 
+from ...bulk.places import is_remote
 from .. import options as of
 from ..status import BAD_INPUT, EXIT, INTERNAL_ERROR, INTERRUPTED, complain, refused, worst
 
@@ -20,13 +21,22 @@ if TYPE_CHECKING:
 _GOES_ON = "the same command goes on from there"
 
 
+def _folder(out: Path) -> Path:
+    """Refuse a URL, in which a path has one slash less."""
+    if is_remote(out.as_posix().replace(":/", "://", 1)):
+        raise typer.BadParameter(
+            "answers go into a folder, not to a URL; on a cluster into one that all its machines share"
+        )
+    return out
+
+
 def batch(
     context: typer.Context,
     inputs: Annotated[
         list[str],
         typer.Argument(metavar="INPUT...", help="Files, and folders searched for clouds by their suffix."),
     ],
-    out: Annotated[Path, typer.Option(help="Folder for the answers.", file_okay=False)],
+    out: Annotated[Path, typer.Option(help="Folder for the answers.", file_okay=False, callback=_folder)],
     format: Annotated[
         Literal["json", "shrec22", "parquet"],
         typer.Option(

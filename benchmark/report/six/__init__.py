@@ -1,6 +1,6 @@
-"""The section on the six methods of the benchmark's paper, from records of those that were run."""
+"""Section and page on the six methods of the benchmark's paper, from records of those that were run."""
 
 from .pictures import PICTURES
-from .section import section
+from .section import page, run, section
 
-__all__ = ["PICTURES", "section"]
+__all__ = ["PICTURES", "page", "run", "section"]

@@ -20,7 +20,7 @@ def differences(methods: Iterable[str], root: Path = sources.ROOT) -> Iterator[s
     known = [method for method in methods if (root / FOLDER / f"{method}.py").is_file()]
     if not known:
         return
-    yield "### What differs from the paper"
+    yield "## What differs from the paper"
     yield ""
     yield (
         "The paper leaves much open, and its networks learned from its 46,000 training clouds, most on GPUs. "

@@ -1,4 +1,4 @@
-"""The section: where primfit is not ahead, what was measured on each set, and what differs from the paper."""
+"""The page: where primfit is not ahead, what was measured on each set, and what differs from the paper."""
 
 from collections.abc import Collection, Iterator
 
@@ -51,38 +51,56 @@ GROUPS = ("perturbation", "sensor", "points")
 """What results are shown by."""
 
 
-def section(data: Data, drawn: Collection[str]) -> Iterator[str]:
-    """Nothing where there are no records of any of the six."""
-    run = [method for method in data.methods if method in PAPER]
-    if not run:
+def run(data: Data) -> list[str]:
+    """Those of the six of which there are records."""
+    return [method for method in data.methods if method in PAPER]
+
+
+def section(data: Data) -> Iterator[str]:
+    """The section of benchmark.md; nothing where there are no records of any of the six."""
+    if not run(data):
         return
     yield "## The six methods"
     yield ""
     yield from not_ahead(data)
     yield ""
     yield (
+        "[benchmark-six.md](benchmark-six.md) has the figures of the methods M1 to M6 of the SHREC 2022 "
+        "paper, made again from its text, beside those of the paper and of primfit."
+    )
+
+
+def page(data: Data, drawn: Collection[str]) -> Iterator[str]:
+    """All of benchmark-six.md but the table of methods."""
+    yield "# The six methods of the paper, beside primfit"
+    yield ""
+    yield "<!-- Written by `primfit bench report`; change benchmark/report/six/, not this file. -->"
+    yield ""
+    yield from not_ahead(data)
+    yield ""
+    yield (
         "The methods M1 to M6 of the SHREC 2022 paper, [made again from its text](paper.md), beside primfit."
-        + _missing(run)
+        + _missing(run(data))
         + " In the quartiles a wrong answer is infinitely far; mean and standard deviation are those of the "
         f"right ones. Distances to a sampled surface are those to {GRID} x {GRID} samples, so that they are "
-        "not 0 for the true surface either (*truth*). [benchmark-details.md](benchmark-details.md) has every "
-        "class, and all rates, quartiles and times by perturbation and size."
+        "not 0 for the true surface either (*truth*). [benchmark-six-details.md](benchmark-six-details.md) "
+        "has every class, and all rates, quartiles and times by perturbation and size."
     )
     for set_, title in PARTS.items():
-        if any(method in run for method in tables.shown(data, set_)):
+        if any(method in PAPER for method in tables.shown(data, set_)):
             yield ""
             yield from _part(data, set_, title, drawn)
     yield ""
-    yield from differences(run)
+    yield from differences(run(data))
 
 
-def _missing(run: Collection[str]) -> str:
-    left = [method for method in PAPER if method not in run]
+def _missing(known: Collection[str]) -> str:
+    left = [method for method in PAPER if method not in known]
     return f" There are no records of {', '.join(left)}." if left else ""
 
 
 def _part(data: Data, set_: str, title: str, drawn: Collection[str]) -> Iterator[str]:
-    yield f"### {title}"
+    yield f"## {title}"
     yield ""
     if set_ != TRACK or "m4-published" in data.methods:
         yield ABOUT[set_]

@@ -199,6 +199,14 @@ def test_a_folder_that_cannot_be_written_is_said_plainly(clouds: Path, tmp_path:
     assert "cannot be written" in result.stderr and len(result.stderr.splitlines()) == 1
 
 
+def test_a_url_is_no_folder(clouds: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = run("batch", clouds, "--out", "s3://bucket/answers")
+    assert result.exit_code == 2
+    assert "not to a URL" in " ".join(result.stderr.replace("│", " ").split())
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_what_stands_in_the_way_of_a_folder_is_no_folder(clouds: Path, tmp_path: Path) -> None:
     (tmp_path / "a").write_text("in the way\n")
     (tmp_path / "gone").symlink_to("missing")

@@ -1,4 +1,4 @@
-"""The section and its pictures, from a small run of primfit and the methods that need no torch."""
+"""The section, the page and its pictures, from a small run of primfit and the methods that need no torch."""
 
 from dataclasses import replace
 
@@ -7,9 +7,9 @@ import pytest
 
 from primfit.benchmark.command import bench
 from primfit.benchmark.records import RecordsFile
-from primfit.benchmark.report import pictures
+from primfit.benchmark.report import pictures, write
 from primfit.benchmark.report.data import Data
-from primfit.benchmark.report.six import PICTURES, section, tables
+from primfit.benchmark.report.six import PICTURES, page, section, tables
 from primfit.benchmark.report.six.pictures import STUB, confusions, error_bars, named, rate_bars
 from primfit.benchmark.scores import confusion, macro, rates
 from primfit.fitting.names import KINDS
@@ -42,28 +42,26 @@ def data(tmp_path_factory):
     return Data.of(RecordsFile(out))
 
 
-def of_methods(data, *names):
-    return Data([record for record in data.records if record.method in names], data.about)
-
-
 def rows(lines, *start):
     """The cells of table rows that begin so."""
     split = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
     return [cells[len(start) :] for cells in split if tuple(cells[: len(start)]) == start]
 
 
-def test_the_section_says_first_where_primfit_is_not_ahead(data):
-    lines = list(section(data, set(PICTURES)))
-    assert lines[:2] == ["## The six methods", ""] and lines[2].startswith("primfit is ")
-    assert "ahead of m1 and m2 in TPR, TNR, PPV, NPV, ACC and L2 on A0" in lines[2]
+def test_section_and_page_say_first_where_primfit_is_not_ahead(data):
+    told = list(section(data))
+    assert told[:2] == ["## The six methods", ""] and told[2].startswith("primfit is ")
+    assert "ahead of m1 and m2 in TPR, TNR, PPV, NPV, ACC and L2 on A0" in told[2]
+    lines = list(page(data, set(PICTURES)))
+    assert lines[4 : 4 + len(told) - 4] == told[2:-2] and "benchmark-six.md" in told[-1]
     assert any("There are no records of m3, m4, m5, m6." in line for line in lines)
-    heads = [line for line in lines if line.startswith("### ")]
+    heads = [line for line in lines if line.startswith("## ")]
     assert heads == [
-        "### On clouds like those of the paper",
-        "### On clouds of the track itself",
-        "### On clouds as sensors make them",
-        "### On segments of real scans",
-        "### What differs from the paper",
+        "## On clouds like those of the paper",
+        "## On clouds of the track itself",
+        "## On clouds as sensors make them",
+        "## On segments of real scans",
+        "## What differs from the paper",
     ]
     shown = [line for line in lines if line.startswith("![")]
     assert [line.partition("benchmark-")[2] for line in shown] == [f"{name}.png)" for name in PICTURES]
@@ -104,14 +102,14 @@ def test_every_level_of_a_group_has_a_column(data):
 
 
 def test_published_answers_stand_beside(data):
-    lines = list(section(data, ()))
+    lines = list(page(data, ()))
     assert rows(tables.kinds(data, "shrec22"), "m4-published")[0][0] == "2"
     clouds = tables.by_cloud(data, "shrec22")
     assert rows(clouds, "1", "sphere")[0][-1] == "1.2e-01" and rows(clouds, "2", "plane")[0][-1] == "wrong"
     assert any("*m4-published* are the answers" in line for line in lines)
-    without = of_methods(data, "primfit", "m1")
-    lines = list(section(without, ()))
-    assert not any("m4-published" in line for line in lines) and "### On clouds of the track itself" in lines
+    without = data.only(["primfit", "m1"])
+    lines = list(page(without, ()))
+    assert not any("m4-published" in line for line in lines) and "## On clouds of the track itself" in lines
     assert rows(tables.by_cloud(without, "shrec22"), "cloud", "truth", "perturbation") == [
         ["**primfit**", "m1"]
     ]
@@ -126,16 +124,16 @@ def test_of_real_segments_only_the_kind_is_known(data):
 
 def test_there_is_none_without_these_methods(data):
     for names in (("primfit",), ("primfit", "m4-published")):
-        few = of_methods(data, *names)
-        assert list(section(few, ())) == []
-    assert not any(picture(of_methods(data, "primfit")) for picture in PICTURES.values())
+        few = data.only(names)
+        assert list(section(few)) == []
+    assert not any(picture(data.only(["primfit"])) for picture in PICTURES.values())
 
 
 def test_it_can_be_read_with_one_of_them_alone(data):
-    lines = list(section(of_methods(data, "m2"), set(PICTURES)))
-    assert lines[2].startswith("Where primfit is not ahead is not known")
+    lines = list(page(data.only(["m2"]), set(PICTURES)))
+    assert lines[4].startswith("Where primfit is not ahead is not known")
     assert rows(lines, "m2") and not rows(lines, "m1")
-    assert all(picture(of_methods(data, "m2")) for picture in PICTURES.values())
+    assert all(picture(data.only(["m2"])) for picture in PICTURES.values())
 
 
 def test_the_pictures_show_the_records(data, tmp_path):
@@ -171,3 +169,15 @@ def test_every_perturbation_has_words():
     words = [named(level) for level in TYPES]
     assert len(set(words)) == len(TYPES) and words[8:] == ["Gaussian noise + missing part", "deformation"]
     assert named("unknown") == ""
+
+
+def test_the_pages_are_written_beside_the_report(data, tmp_path):
+    file = RecordsFile(tmp_path / "records")
+    file.rewrite(data.records)
+    file.describe(data.about)
+    write(file, tmp_path)
+    six, main = ((tmp_path / name).read_text() for name in ("benchmark-six.md", "benchmark.md"))
+    heading = "## What differs from the paper"
+    assert heading in six and heading not in main and "(benchmark-six.md)" in main
+    assert "| TPR | m1 |" in (tmp_path / "benchmark-six-details.md").read_text()
+    assert "| TPR | m1 |" not in (tmp_path / "benchmark-details.md").read_text()
