@@ -73,7 +73,7 @@ def classifiers() -> list[Stage]:
     """One each of M3, M4 and M6, three of M5."""
     return [
         Stage("m4-kind", voxels(len(KINDS), 0.2), epochs=70, points=1024, turned="xyz"),
-        Stage("m3-kind", pointnet(len(KINDS), 0.3), epochs=54),
+        Stage("m3-kind", pointnet(len(KINDS), 0.3), epochs=120, points=256, batch=32),
         *(
             Stage(
                 f"m5-{number}",
