@@ -2,12 +2,12 @@
 
 The paper
     A cloud is brought to a unit cube. A 25 x 25 histogram of oriented normal vectors is shifted so that each
-    cell with at least 80 % of the maximum is in the middle once: a cloud has several histograms. By these
+    cell with at least 80% of the maximum is in the middle once: a cloud has several histograms. By these
     k-NN (k = 3) tells planes from the rest, and principal components check them. The rest is told by k-NN
     (k = 5), with spheres and tori as one category, and cones and cylinders as two (strategy 1) or as one
     that another k-NN (k = 5) splits (strategy 2). Spheres are told from tori by histograms of surflet-pair
-    relations (k = 15). Then: the principal plane; the best of 100 spheres by least squares on 30 % of the
-    points each, where a point farther off than 5 % of the radius is an outlier; the cylinder of least
+    relations (k = 15). Then: the principal plane; the best of 100 spheres by least squares on 30% of the
+    points each, where a point farther off than 5% of the radius is an outlier; the cylinder of least
     squares; a cone by RANSAC; a circle by least squares, and the torus about it of the mean distance.
 It leaves open
     How normals are estimated and signed; the distance between histograms; how the answers of several
@@ -16,7 +16,7 @@ It leaves open
 Chosen
     Normals by principal components of 16 neighbors, at 800 points, each counted with its opposite. Histograms
     of normals are compared by the distance of Hellinger, those of surflets, 625 cells of 150 points, by that
-    of Euclid. All histograms of a cloud vote. A plane is believed if it is as flat as 99 % of the reference
+    of Euclid. All histograms of a cloud vote. A plane is believed if it is as flat as 99% of the reference
     planes. The shares of both strategies are added. 6,000 synthetic clouds are references
     (`training.m2`). The RANSAC is that of `parts.ransac_cone`.
 """
@@ -53,7 +53,7 @@ class LocalHistograms:
 
     name = "m2"
     title = "M2: histograms of local features and parameter fitting"
-    settings = "k = 3, 5 and 15 as in the paper, in the unit cube; a cone's points lie within 1 % of its side"
+    settings = "k = 3, 5 and 15 as in the paper, in the unit cube; a cone's points lie within 1% of its side"
     packages: tuple[str, ...] = ()
 
     def __init__(self) -> None:

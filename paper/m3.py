@@ -4,7 +4,7 @@ The paper
     Clouds are centered and scaled. A PointNet gives the probabilities of the five kinds and learns by
     cross-entropy. One more a kind, with a linear head for each parameter behind 256 features, says the
     parameters; its loss sums squared differences of radii and angles, distances of points, and
-    1 - cos^8 + |v - v'|^2 of directions. The answer is carried back. 80 % of the clouds are learned from.
+    1 - cos^8 + |v - v'|^2 of directions. The answer is carried back. 80% of the clouds are learned from.
 It leaves open
     The scale; how many points are seen; widths, learning rate, augmentation; the sign of directions; where on
     a plane or an axis the point is.
@@ -13,7 +13,7 @@ Chosen
     `parts.pointnet`, about a third of those published; Adam (`training.stages`), no augmentation but other
     points each time. Signs and points are those of
     `parts.losses` and `parts.numbers`. The heads of a network are one layer, which is the same. Networks are
-    measured on clouds of another seed instead of the last 20 %.
+    measured on clouds of another seed instead of the last 20%.
 """
 
 from pathlib import Path

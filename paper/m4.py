@@ -16,7 +16,7 @@ Chosen
     Channels of a third of MinkowskiEngine's and a convolution in plain torch (`parts.voxels`); coordinates as
     features, as in its example; one layer more between the two groups of convolutions (`voxels.JOINED`);
     1,024 points of a cloud; weights of 1 (`parts.losses`); Adam as in `training.stages`, and another seed's
-    clouds to measure on instead of 15 % of the same. Cones open to the centroid. The threshold is `NEARER`
+    clouds to measure on instead of 15% of the same. Cones open to the centroid. The threshold is `NEARER`
     times the mean distance of the nearest of the five kinds, all of which are fitted for that: so it follows
     the noise of the cloud, and one kind always comes below it. The paper's is one number, which on its test
     set was never exceeded. Least squares sees all points.
@@ -39,8 +39,8 @@ from .parts.stored import restored
 
 POINTS = 1024
 NEARER = 1.03
-"""Of the first 500 clouds that networks are measured on, 95.4 to 95.6 % get the right kind with 1.02 to 1.05,
-95.2 % with 1.1; with one distance for all clouds 90.4 % at best, at 0.02 radii of the unit sphere
+"""Of the first 500 clouds that networks are measured on, 95.4 to 95.6% get the right kind with 1.02 to 1.05,
+95.2% with 1.1; with one distance for all clouds 90.4% at best, at 0.02 radii of the unit sphere
 (`training.threshold`)."""
 ROUNDING = 1e-9
 """Radii of the unit sphere: what is nearer is exact."""

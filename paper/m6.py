@@ -4,7 +4,7 @@ The paper
     Clouds are centered, scaled into the unit sphere and turned so that the first principal axis is z. Images
     from the principal directions go into AlexNet, of which all but the last three layers are pretrained; a
     fully connected layer of five numbers and a softmax are new. The kind is an invariance class of ISO's
-    geometrical product specifications, and least squares gives its ideal feature. 95 % of the clouds are
+    geometrical product specifications, and least squares gives its ideal feature. 95% of the clouds are
     learned from, in six epochs.
 It leaves open
     What the images show, their size and number; augmentation; the start of least squares.
