@@ -16,7 +16,7 @@ def compared(left: RunRecord, right: RunRecord, folder: Path) -> tuple[bool, str
         "equal byte for byte" if same else f"different: {', '.join(differ[:5]) or 'by their SHA-256'}"
     )
     lines += [_once(record) for record in (left, right)]
-    return same and all(is_once(record) for record in (left, right)), "\n".join(lines)
+    return same and all(record.once for record in (left, right)), "\n".join(lines)
 
 
 def different_files(left: Path, right: Path) -> list[str]:
@@ -30,11 +30,6 @@ def different_files(left: Path, right: Path) -> list[str]:
     return sorted((names[0] ^ names[1]) | differ)
 
 
-def is_once(record: RunRecord) -> bool:
-    """Whether each segment that was asked for has exactly one row."""
-    return record.rows == record.unique == record.expected and not record.missing
-
-
 def _once(record: RunRecord) -> str:
-    once = "each segment exactly once" if is_once(record) else "NOT each segment once"
+    once = "each segment exactly once" if record.once else "NOT each segment once"
     return f"{record.asked.name}: {record.rows:,} rows for {record.expected:,} segments, {once}"

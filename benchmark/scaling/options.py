@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
+from .model import FILE
 from .records import FOLDER, Executor, Kill
 from .sets import PER_FILE
 
@@ -34,6 +35,11 @@ _HELP = {
     "segments": "Draw segments, where they are not there yet.",
     "run": "Run `primfit batch` once, watched; a run whose record is there is not made again.",
     "compare": "Are the parts of two runs equal byte for byte, and is each segment there once?",
+    "runs": "Show all runs that are kept, and what is to be said of them.",
+    "parameters": "Measure the parameters of the simulation: steps alone, and runs of up to 5,000 segments.",
+    "predict": "Predict a run, before it is made.",
+    "verdict": "Show what became of the predictions; 1 where one was off by more than a tenth.",
+    "simulate": "Simulate runs of a million to a billion segments on 10 to 1,000 nodes.",
 }
 
 
@@ -68,10 +74,46 @@ def _add_compare(add: Callable[..., Any]) -> None:
     add("names", nargs=2, metavar="RUN", help="such as local-2-1000 and ray-3-1000-node-killed")
 
 
+def _add_write(add: Callable[..., Any]) -> None:
+    add("--write", action="store_true", help="write the table into docs/scaling.md, too")
+
+
+def _add_parameters(add: Callable[..., Any]) -> None:
+    _add_file(add)
+    _add_write(add)
+
+
+def _add_file(add: Callable[..., Any]) -> None:
+    add(
+        "--parameters",
+        type=Path,
+        default=FILE,
+        metavar="FILE",
+        help="default: benchmark/scaling/parameters.json",
+    )
+
+
+def _add_predict(add: Callable[..., Any]) -> None:
+    add_asked(add)
+    _add_file(add)
+
+
+def _add_simulate(add: Callable[..., Any]) -> None:
+    _add_parameters(add)
+    add("--largest", type=int, default=10**9, metavar="N", help="segments at most (default: a billion)")
+    add("--seed", type=int, default=1, metavar="S", help="of all that is drawn (default: 1)")
+    add("--processes", type=int, default=2, metavar="N", help="that simulate (default: 2)")
+
+
 _ADD: dict[str, Callable[[Callable[..., Any]], None]] = {
     "segments": _add_segments,
     "run": _add_run,
     "compare": _add_compare,
+    "runs": _add_write,
+    "parameters": _add_parameters,
+    "predict": _add_predict,
+    "verdict": _add_write,
+    "simulate": _add_simulate,
 }
 
 

@@ -3,7 +3,7 @@
 import os
 import platform
 from dataclasses import asdict, dataclass
-from datetime import date
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -65,9 +65,11 @@ class RunRecord:
     ----------
     wall : seconds from the start of the command to its end; of a driver that was killed and started again,
         of both, without the pause between them
+    date : when it began
     driver_cpu, worker_cpu, ray_cpu : seconds of processor time: of the driver, of all workers, and of the
         other processes of Ray
     planned, finished : seconds from the start to the plan, and to the part of each task
+    tasks : of each its segments, their points, and the sum of the squares of these
     killed : seconds from the start to the kill, or None
     lost : parts that were there when the driver was killed, and are no longer as they were
     twice : parts that were seen to be written twice
@@ -86,7 +88,7 @@ class RunRecord:
     worker_cpu: float
     ray_cpu: float
     memory: Memory
-    tasks: list[tuple[int, int]]
+    tasks: list[tuple[int, int, int]]
     planned: float
     finished: list[float]
     killed: float | None
@@ -103,6 +105,11 @@ class RunRecord:
     missing: int
     statuses: dict[str, int]
     digest: str
+
+    @property
+    def once(self) -> bool:
+        """Whether each segment that was asked for has exactly one row."""
+        return self.rows == self.unique == self.expected and not self.missing
 
     def save(self, folder: Path) -> Path:
         return written(folder / "runs" / f"{self.asked.name}.json", asdict(self))
@@ -161,5 +168,5 @@ def machine() -> str:
     return f"{names[0] if names else platform.machine()}, {os.cpu_count()} processors"
 
 
-def today() -> str:
-    return date.today().isoformat()
+def now() -> str:
+    return datetime.now().astimezone().isoformat(timespec="seconds")

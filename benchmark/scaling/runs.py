@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
+from datetime import datetime
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ import orjson
 
 from . import asked as app
 from .cluster import cluster, kill_node
-from .records import Asked, Memory, RunError, RunRecord, machine, today
+from .records import Asked, Memory, RunError, RunRecord, machine
 from .sets import SegmentSet
 from .watch import Watch, loopback, watching
 
@@ -166,13 +167,13 @@ def _record(asked: Asked, chosen: SegmentSet, went: _Course, moved: int) -> RunR
     manifest = orjson.loads((out / app.FOLDER / "manifest.json").read_bytes())
     if not manifest["complete"] or [part["sha256"] for part in manifest["parts"]] != sums:
         raise RunError(f"the manifest in {out} does not say what is there")
-    tasks = [(len(task.refs), sum(ref.n_points for ref in task.refs)) for task in app.planned(out)]
+    tasks = [app.holds(task) for task in app.planned(out)]
     there, back = app.sent(out)
     plan = out / app.FOLDER / "plan.jsonl"
     return RunRecord(
         asked=asked,
         machine=machine(),
-        date=today(),
+        date=datetime.fromtimestamp(went.started).astimezone().isoformat(timespec="seconds"),
         wall=round(went.wall, 2),
         driver_cpu=round(watch.cpu("driver"), 2),
         worker_cpu=round(watch.cpu("worker"), 2),
@@ -193,7 +194,7 @@ def _record(asked: Asked, chosen: SegmentSet, went: _Course, moved: int) -> RunR
         sent=there,
         answered=back,
         loopback=moved,
-        points=sum(points for _, points in tasks),
+        points=sum(points for _, points, _ in tasks),
         bytes=sum(file.stat().st_size for file in files),
         rows=ids.total(),
         unique=len(ids),
