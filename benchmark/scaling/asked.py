@@ -16,6 +16,7 @@ import orjson
 from primfit.app.bulk.parts import FOLDER, SAVED_EVERY, Part, Run, Writer, part_file, part_files
 from primfit.app.bulk.refs import Ref
 from primfit.app.bulk.run import row_of
+from primfit.app.bulk.sources import references
 from primfit.app.bulk.tasks import Task, tasks
 from primfit.app.engine.executors import team_of
 from primfit.app.engine.ray_team import RayTeam
@@ -100,6 +101,22 @@ def _nothing(task: Task) -> Part:
     return _PART
 
 
+def planning_seconds(list_: Path, n: int) -> float:
+    """Seconds to plan, for each of the n segments in the files of a list."""
+    inputs = [f"@{list_}"]
+    with TemporaryDirectory() as folder:
+        before = time.perf_counter()
+        run = Run.begin(
+            Path(folder) / "run",
+            {"inputs": inputs, "labels": None, "columns": None},
+            {},
+            lambda scratch: tasks(references(inputs, None, None, str(scratch))),
+        )
+        took = time.perf_counter() - before
+        run.end()
+    return took / n
+
+
 def saving_seconds(n: int) -> float:
     """Seconds to write a manifest, for each of n parts in it."""
     with TemporaryDirectory() as folder:
@@ -142,6 +159,7 @@ __all__: Sequence[str] = (
     "part_file",
     "part_files",
     "planned",
+    "planning_seconds",
     "saving_seconds",
     "segment_seconds",
     "sent",

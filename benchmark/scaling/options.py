@@ -21,7 +21,7 @@ def add_scaling(actions: Any, do: Mapping[str, Action]) -> None:
         "compare, predict and simulate such runs. Runs on a cluster need what `make test-ray` installs. "
         "docs/scaling.md has the figures and the sequence of commands.",
     )
-    inner = parser.add_subparsers(title="actions", metavar=" | ".join(do), required=True)
+    inner = parser.add_subparsers(title="actions", metavar=" | ".join(do))
     for name, action in do.items():
         added = inner.add_parser(name, help=_HELP[name], description=_HELP[name])
         added.add_argument(

@@ -11,6 +11,7 @@ from . import asked as app
 from .cluster import cluster, kill_node
 from .model import Fleet, Loads, Parameters, Team
 from .records import Executor, RunError, RunRecord, machine, now
+from .sets import SegmentSet
 from .simulation import simulate
 
 LARGEST = 5000
@@ -41,7 +42,9 @@ def measured(records: Sequence[RunRecord], folder: Path) -> Parameters:
     segments, parts = app.segment_seconds(first)
     per_segment, per_point, spread = line(segments)
     per_task, detected = _of_drivers(first)
-    start, planned = through([(r.asked.n, r.planned) for r in used])
+    largest = max(used, key=lambda record: record.asked.n).asked
+    listed = SegmentSet(folder / "segments", largest.seed, largest.n).listed()
+    planned = app.planning_seconds(listed, largest.n)
     alone = Parameters(
         machine=machine(),
         date=now(),
@@ -51,7 +54,7 @@ def measured(records: Sequence[RunRecord], folder: Path) -> Parameters:
         per_point=per_point,
         spread=spread,
         per_part=float(np.mean(parts)),
-        start=start,
+        start=float(np.mean([record.planned - planned * record.asked.n for record in used])),
         planned=planned,
         saved=app.saving_seconds(SAVED),
         saved_every=app.SAVED_EVERY,
