@@ -1,4 +1,4 @@
-"""`primfit bench scaling` on a real cluster, with few segments: runs, some killed, parameters, a prediction."""
+"""`primfit bench scaling` on a real cluster, with few segments: runs, some killed, and a prediction."""
 
 import pytest
 
@@ -13,7 +13,7 @@ from primfit.benchmark.scaling.records import records
 # Ray leaves files and processes to the end of its own.
 pytestmark = [pytest.mark.ray, pytest.mark.filterwarnings("default")]
 
-SMALL, LARGE = "500", "1000"
+SMALL, LARGE = "250", "500"
 
 
 def scaling(folder, *arguments):
