@@ -21,8 +21,7 @@ EFFICIENT = 0.8
 
 HOUR = 3600.0
 LOSS = Loss(every=500 * HOUR, back=600.0, detected=65.0)
-"""Assumed: a node is lost every 500 hours and back after ten minutes; Ray takes a machine that has gone
-silent for lost after five checks, 3 s apart, that wait for 10 s each."""
+"""Assumed: a node is lost every 500 hours, known to be so after 65 s, and back after ten minutes."""
 
 USUAL = Fleet(1, CORES, uneven=0.05, straggling=0.01, straggle=3.0, loss=LOSS, storage=Storage(0.05, 10e9))
 """Assumed: speeds of nodes differ by 5%, one task of a hundred takes three times as long, an object store."""
