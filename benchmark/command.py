@@ -28,6 +28,8 @@ from .report.coverage import write_coverage
 from .report.pictures import require_matplotlib
 from .report.proofs import proven
 from .runner import Children, MethodError, Work, begin, introduce, run
+from .scaling.command import ACTIONS
+from .scaling.records import RunError
 from .service import BODIES, SIZES, busy, livez_line, measure, slowest_livez, table
 from .serving import ServiceError
 from .speed.command import speed_action, steps_action
@@ -49,6 +51,7 @@ EXPECTED = (
     MissingMatplotlibError,
     NameGoneError,
     PageError,
+    RunError,
 )
 """What ends the command with a sentence."""
 
@@ -56,7 +59,7 @@ EXPECTED = (
 def bench(arguments: Sequence[str] | None = None, program: str = "primfit bench") -> int:
     """The command with these arguments; returns its exit status."""
     actions = (run_action, report_action, service_action, coverage_action, proofs_action, drawing_action)
-    parser = make_parser(program, *actions, steps_action, speed_action, batch_action)
+    parser = make_parser(program, *actions, steps_action, speed_action, batch_action, ACTIONS)
     options = parser.parse_args(arguments)
     if not hasattr(options, "action"):
         parser.print_help()

@@ -1,7 +1,7 @@
 """The options of `primfit bench`."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from .cases import CASE_SETS
 from .coverage import LAWS
 from .methods import METHODS
 from .proofs import PROOFS
+from .scaling.options import Action, add_scaling
 from .service import BODIES, SIZES
 
 FOLDER = Path("build/bench")
@@ -36,6 +37,7 @@ def make_parser(
     steps: Callable[..., int],
     speed: Callable[..., int],
     batch: Callable[..., int],
+    scaling: Mapping[str, Action],
 ) -> argparse.ArgumentParser:
     """A parser whose result holds `action`, one of the functions, which takes the result."""
     parser = argparse.ArgumentParser(
@@ -55,13 +57,14 @@ def make_parser(
   {program} steps                     how long each step of a fit takes, and what the machine could do
   {program} speed                     primfit beside other libraries, and by the number of points
   {program} batch                     what more processes gain `primfit batch`
+  {program} scaling run --n 1000      `primfit batch` watched, and killed, on one machine and on a cluster
 
 `{program} run --help` lists the sets and the methods. docs/benchmarking.md explains them.""",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     actions = parser.add_subparsers(
         title="actions",
-        metavar="run | report | service | coverage | proofs | drawing | steps | speed | batch",
+        metavar="run | report | service | coverage | proofs | drawing | steps | speed | batch | scaling",
     )
     _add_run(actions).set_defaults(action=run)
     _add_report(actions).set_defaults(action=report)
@@ -72,6 +75,7 @@ def make_parser(
     _add_steps(actions).set_defaults(action=steps)
     _add_speed(actions).set_defaults(action=speed)
     _add_batch(actions).set_defaults(action=batch)
+    add_scaling(actions, scaling)
     return parser
 
 

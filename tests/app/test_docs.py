@@ -28,6 +28,7 @@ from typer.main import get_command
 
 from primfit.app.cli.commands import app
 from primfit.benchmark.options import make_parser
+from primfit.benchmark.scaling.command import ACTIONS
 from tests.paths import DOCS, ROOT
 
 FENCE = re.compile(r"(?:^<!-- not run: ([^\n]*) -->\n)?^( *)```(\w*)\n(.*?)^\2```$", re.DOTALL | re.MULTILINE)
@@ -175,7 +176,7 @@ def _parses(words: list[str]) -> bool:
     """Whether `primfit bench` takes these words."""
     nothing = [lambda _options: 0] * 9
     with pytest.raises(SystemExit) as ended:
-        make_parser("primfit bench", *nothing).parse_args(words)
+        make_parser("primfit bench", *nothing, ACTIONS).parse_args(words)
         raise SystemExit(0)
     return ended.value.code == 0
 
