@@ -5,7 +5,6 @@ Drivers are `primfit batch` as people start it.
 
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -25,13 +24,13 @@ from primfit.app.bulk.parts import part_files
 from primfit.app.bulk.run import POISON
 from primfit.fitting.primitives.sphere import Sphere
 from tests.app.bulk.poison import Poison
+from tests.ray.clusters import cluster_of, kill_node
 
 # Ray leaves files and processes to the end of its own.
 pytestmark = [pytest.mark.ray, pytest.mark.filterwarnings("default")]
 
 N = 1500
 SLEEP = 0.05
-STORE = 100 * 2**20
 
 
 @pytest.fixture(scope="module")
@@ -55,14 +54,8 @@ def local(clouds: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def cluster() -> Iterator[Any]:
-    from ray.cluster_utils import Cluster
-
-    head = {"num_cpus": 0, "include_dashboard": False, "object_store_memory": STORE}
-    made = Cluster(initialize_head=True, head_node_args=head)
-    for _ in range(3):
-        made.add_node(num_cpus=1, object_store_memory=STORE)
-    yield made
-    made.shutdown()
+    with cluster_of(3) as made:
+        yield made
 
 
 def driver(clouds: Path, out: Path) -> list[str]:
@@ -82,20 +75,6 @@ def wait_for_parts(out: Path, n: int, process: subprocess.Popen[bytes]) -> None:
     while len(part_files(out)) < n:
         assert process.poll() is None, "it ended before"
         time.sleep(SLEEP)
-
-
-def kill_node(cluster: Any) -> None:
-    """A machine that loses its power: the raylet and all workers of it are killed at once."""
-    node = cluster.list_all_nodes()[-1]
-    raylet = node.all_processes["raylet"][0].process.pid
-    workers = [
-        int(stat.parent.name)
-        for stat in Path("/proc").glob("[0-9]*/stat")
-        if stat.read_text().rpartition(")")[2].split()[1] == str(raylet)
-    ]
-    for process in (raylet, *workers):
-        os.kill(process, signal.SIGKILL)
-    cluster.remove_node(node, allow_graceful=False)
 
 
 def test_every_segment_once_and_the_same_while_a_node_is_killed(
