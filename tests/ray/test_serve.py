@@ -20,6 +20,8 @@ os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 ray = pytest.importorskip("ray", reason="needs the extra ray: make test-ray")
 serve = pytest.importorskip("ray.serve", reason="needs the extra ray: make test-ray")
 
+from ray.serve.schema import ServeDeploySchema
+
 from primfit.app.service import ray_serve
 from primfit.app.service.settings import SettingsError
 from tests.paths import ROOT
@@ -180,3 +182,14 @@ def test_a_replica_has_the_workers_that_are_asked_for_else_one(monkeypatch: pyte
     assert ray_serve.replica_settings().workers == 1
     monkeypatch.setenv("PRIMFIT_WORKERS", "3")
     assert ray_serve.replica_settings().workers == 3
+
+
+def test_ray_serve_reads_its_part_of_the_example_for_kuberay() -> None:
+    yaml = pytest.importorskip("yaml")
+    objects = yaml.safe_load_all((ROOT / "deploy" / "kuberay.yaml").read_text())
+    (service,) = [made for made in objects if made["kind"] == "RayService"]
+    config = ServeDeploySchema.model_validate(yaml.safe_load(service["spec"]["serveConfigV2"]))
+    (application,) = config.applications
+    module, _, name = application.import_path.partition(":")
+    assert (module, getattr(ray_serve, name)) == (ray_serve.__name__, ray_serve.app)
+    ray_serve.app(ray_serve.Arguments.model_validate(application.args))

@@ -31,7 +31,7 @@ def test_a_job_has_the_result_that_a_worker_of_the_service_has(job: FileJob) -> 
 
 
 def test_the_time_limit_holds(job: FileJob) -> None:
-    with pytest.raises(TimeLimitError, match="not done within 0.0001 s"):
+    with pytest.raises(TimeLimitError, match=r"not done within 0\.0001 s"):
         do(replace(TERMS, time_limit=1e-4), job)
 
 
