@@ -237,7 +237,7 @@ $(VENV_TORCH)/.torch: $(BUILT) | $(VENV_TORCH)/.python
 
 $(VENV_RAY)/.ray: $(BUILT) | $(VENV_RAY)/.python
 	@echo 'installing primfit and Ray into $(VENV_RAY) (a few minutes, once)'
-	@$(VENV_RAY)/bin/python $(PIP_INSTALL) --editable '.[bench,bulk,ray]' 'pytest>=8.3,<10'
+	@$(VENV_RAY)/bin/python $(PIP_INSTALL) --editable '.[bench,bulk,ray]' 'httpx>=0.27,<1' 'pytest>=8.3,<10'
 	@touch $@
 
 $(VENV)/.bench: $(BUILT) | $(VENV)/.python

@@ -1,5 +1,6 @@
 """Processes of a Ray cluster that share the work on many clouds: the same as `Team`, on many machines."""
 
+import asyncio
 import os
 import pickle
 import socket
@@ -56,11 +57,12 @@ class RayTeam:
     workers : how many chunks are worked on at once; None for one on each processor of the cluster
     address : of the cluster, as `ray.init` takes it; None for that of RAY_ADDRESS or one that runs on this
         machine already, and else for one that is started, and ends with the `with`
+    warm : processes begin with everything loaded; not worth it where others than these fit
     """
 
-    def __init__(self, workers: int | None = None, address: str | None = None) -> None:
+    def __init__(self, workers: int | None = None, address: str | None = None, warm: bool = True) -> None:
         self._ray = _ray()
-        self._workers, self._address = workers, address
+        self._workers, self._address, self._warm = workers, address, warm
         self._processors, self._counted = 1, float("-inf")
         self._queue: deque[_Asked[Any]] = deque()
         self._under_way: dict[Any, _Asked[Any]] = {}
@@ -130,6 +132,20 @@ class RayTeam:
             asked.reference = None
         return answer
 
+    async def awaited(self, asked: Outcome[R]) -> list[R]:
+        """`asked.results()` for an event loop, of a team without a number of `workers`.
+
+        Where nobody waits for it any more, the chunk is given up, and the process that is at it ends.
+        """
+        assert isinstance(asked, _Asked) and asked.reference is not None
+        try:
+            await asyncio.gather(asyncio.wrap_future(asked.reference.future()), return_exceptions=True)
+        except asyncio.CancelledError:
+            self._under_way.pop(asked.reference, None)
+            self._ray.cancel(asked.reference, force=True)
+            raise
+        return asked.results()
+
     def _advance(self) -> None:
         """Wait until one of the chunks is done, and give the cluster the next."""
         ready, _ = self._ray.wait(list(self._under_way), num_returns=1, fetch_local=False)
@@ -141,7 +157,7 @@ class RayTeam:
         """Give the cluster what waits: all of it, unless `workers` says how much."""
         while self._queue and (self._workers is None or len(self._under_way) < self._workers):
             asked = self._queue.popleft()
-            asked.reference = self._task.remote(os.getcwd(), asked.message)
+            asked.reference = self._task.remote(os.getcwd(), self._warm, asked.message)
             asked.message = b""
             self._under_way[asked.reference] = asked
 
@@ -185,9 +201,10 @@ def _environment() -> dict[str, str]:
     )
 
 
-def _do(folder: str, message: bytes) -> bytes:
-    """What a process of the cluster does with a chunk; its first one finds it with everything loaded."""
-    from . import warmed  # noqa: F401
+def _do(folder: str, warm: bool, message: bytes) -> bytes:
+    """What a process of the cluster does with a chunk; a warm one does its first with everything loaded."""
+    if warm:
+        from . import warmed  # noqa: F401
 
     with suppress(OSError):
         os.chdir(folder)

@@ -220,6 +220,7 @@ async def fit_batch(request: Request) -> Response:
         settings,
         scratch,
         run,
+        pool.size,
         metrics,
         facts,
     )

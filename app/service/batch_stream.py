@@ -50,7 +50,8 @@ Result = tuple[Item, Told, Found | Reply, Scratch | None]
 class Batch:
     """A batch that is opened, and what it needs to be answered; the counts of its items join its `facts`.
 
-    Where its first lines were `told` before, it goes on behind them.
+    So many `workers` do what `run` is given. Where its first lines were `told` before, it goes on behind
+    them.
     """
 
     request_id: str
@@ -60,6 +61,7 @@ class Batch:
     settings: Settings
     scratch: Callable[[], Scratch]
     run: Callable[..., Awaitable[Any]]
+    workers: int
     metrics: Metrics
     facts: dict[str, Any]
     told: Sequence[Told] = ()
@@ -73,7 +75,7 @@ class Batch:
     async def told_lines(self) -> AsyncGenerator[tuple[Told | None, bytes], None]:
         """The same lines with what each is about; the summary, which is about none, counts all of them."""
         counts = Counter(told.outcome for told in self.told)
-        async with aclosing(in_order(self._items(), _AHEAD * self.settings.workers)) as results:
+        async with aclosing(in_order(self._items(), _AHEAD * self.workers)) as results:
             async for item, place, result, done_with in results:
                 self.metrics.answered(result.facts)
                 told = replace(place, outcome=result.facts.get("fit_status", "problems"))
@@ -92,7 +94,7 @@ class Batch:
         ids = self._ids_of_files(number)
         left = self.settings.max_batch_items - len(self.opened.files)
         left -= sum(told.of - 1 for told in self.told if told.file <= number and told.index == 0)
-        async with aclosing(in_order(self._reads(number), self.settings.workers + 1)) as reads:
+        async with aclosing(in_order(self._reads(number), self.workers + 1)) as reads:
             async for part, scratch, read in reads:
                 number += 1
                 whole = Item.of_file(base_name(part.filename), number, ids)

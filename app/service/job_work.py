@@ -1,5 +1,6 @@
 """The lines of a job, made as those of a batch, and what a job is at its beginning."""
 
+import asyncio
 import uuid
 from collections.abc import AsyncGenerator, Awaitable, Callable, Iterator, Sequence
 from contextlib import AsyncExitStack, aclosing
@@ -16,6 +17,7 @@ from ..jobs.record import Job, NewJob
 from ..jobs.runner import JobRefusedError
 from ..wire.problems import KINDS, InsufficientStorageError, WorkerDiedError
 from ..workers.batch_jobs import Opened, OpenJob, Stretch
+from ..workers.cluster import Cluster
 from ..workers.jobs import Reply
 from ..workers.pool import Run, WorkerPool
 from .batch_stream import Batch
@@ -32,10 +34,15 @@ _GONE = "files that a worker needs are gone"
 
 
 class JobWork:
-    """Does jobs by the pool of workers of this service; in it they take turns with its requests."""
+    """Does jobs by the pool of workers of this service, where they take turns with its requests, or on a
+    cluster."""
 
     def __init__(
-        self, pool: WorkerPool, spool: Spool, settings: Callable[[], Settings], metrics: Metrics
+        self,
+        pool: WorkerPool | Cluster,
+        spool: Spool,
+        settings: Callable[[], Settings],
+        metrics: Metrics,
     ) -> None:
         """`settings` tells those that are in force when a job is begun: they may change while it waits."""
         self._pool, self._spool, self._settings, self._metrics = pool, spool, settings, metrics
@@ -51,12 +58,15 @@ class JobWork:
             There is no room now for temporary files, or for one more batch.
         FileNotFoundError
             The body, or a temporary file, is gone.
+        ClusterLostError
+            There is no cluster now.
         """
         settings = self._settings()
+        n_workers, spool = await self._room(job, files)
         async with AsyncExitStack() as resources:
             run = _steady(resources.enter_context(self._pool.batch()))
             coding = job.request["coding"]
-            unpacked = Path(resources.enter_context(self._spool.file()).name) if coding else None
+            unpacked = Path(resources.enter_context(spool.file()).name) if coding else None
             opening = open_job(job.request, files.body, unpacked, settings)
             opened = await run(opening, heavy=is_large(size(files.body)))
             if isinstance(opened, Reply):
@@ -69,8 +79,9 @@ class JobWork:
                 job.request["media_type"],
                 opened,
                 settings,
-                resources.enter_context(self._spool.files()),
+                resources.enter_context(spool.files()),
                 run,
+                n_workers,
                 self._metrics,
                 {},
                 told,
@@ -81,6 +92,14 @@ class JobWork:
                         yield line
                 except ClientDisconnect:  # no client can have gone: a worker has missed a file
                     raise FileNotFoundError(_GONE) from None
+
+    async def _room(self, job: Job, files: JobFiles) -> tuple[int, Spool]:
+        """How many work on a job, and where its temporary files are: a cluster reaches its folder."""
+        if isinstance(self._pool, Cluster):
+            spool = Spool(files.folder, 0, job.attempt)
+            await asyncio.to_thread(spool.clear)
+            return await self._pool.size(), spool
+        return self._settings().workers, self._spool
 
 
 class _PatientBatch(Batch):

@@ -11,6 +11,7 @@ from .settings import Settings
 
 if TYPE_CHECKING:
     from ..jobs.desk import Desk
+    from ..workers.cluster import Cluster
 
 
 @asynccontextmanager
@@ -25,7 +26,8 @@ async def jobs_kept(app: FastAPI) -> AsyncIterator[None]:
     from ..jobs.runner import Runner
     from .job_work import JobWork
 
-    work = JobWork(app.state.pool, app.state.spool, lambda: app.state.settings, app.state.metrics)
+    cluster = cluster_of(settings)
+    work = JobWork(cluster or app.state.pool, app.state.spool, lambda: app.state.settings, app.state.metrics)
     runner = Runner(desk, work, settings.workers, lambda: app.state.stopping)
     app.state.desk = desk
     runner.start()
@@ -33,7 +35,20 @@ async def jobs_kept(app: FastAPI) -> AsyncIterator[None]:
         yield
     finally:
         await runner.stop()
+        if cluster is not None:
+            cluster.stop()
         desk.close()
+
+
+def cluster_of(settings: Settings) -> "Cluster | None":
+    """Who works on jobs where it is not this service."""
+    if settings.jobs_executor == "local":
+        return None
+    from ..workers.cluster import Cluster, Terms
+
+    return Cluster(
+        settings.jobs_address, Terms(settings.log_format, settings.worker_memory, settings.fit_time_limit)
+    )
 
 
 def check_database(settings: Settings) -> None:

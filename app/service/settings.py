@@ -18,6 +18,7 @@ from pydantic_settings import (
     TomlConfigSettingsSource,
 )
 
+from ..engine.executors import Executor
 from ..readers.limits import RATIO, Limits
 from .budgets import points_by_criterion
 from .keys import Keys
@@ -215,6 +216,16 @@ class Settings(BaseSettings):
         "postgresql://primfit:PASSWORD@db/primfit; needs the extra `postgres`",
         json_schema_extra={"x-default": "SQLite in `jobs_path`"},
     )
+    jobs_executor: Executor = Field(
+        default="local",
+        description="who works on jobs: the processes of this service, or a Ray cluster (extra `ray`), all "
+        "machines of which reach `jobs_path` under the same path",
+    )
+    jobs_address: str | None = Field(
+        default=None,
+        description="HOST:PORT of the cluster",
+        json_schema_extra={"x-default": "that of `RAY_ADDRESS`, or of one on this machine"},
+    )
     jobs_keep: float = Field(
         default=DAY, gt=0, le=366 * DAY, description="seconds that a job and its results stay after its end"
     )
@@ -341,7 +352,11 @@ def load(**flags: Any) -> Settings:
 def _check_jobs(settings: Settings) -> None:
     """Complain of jobs that could not be kept."""
     path = settings.jobs_path
+    if settings.jobs_address is not None and settings.jobs_executor != "ray":
+        raise ValueError("jobs_address: an address is that of a cluster: jobs_executor must be ray")
     if path is None:
+        if settings.jobs_executor != "local":
+            raise ValueError("jobs_executor: jobs_path is needed, too: without it there are no jobs")
         if settings.jobs_database is not None:
             raise ValueError("jobs_database: jobs_path is needed, too: bodies and results stand there")
         return
@@ -350,6 +365,8 @@ def _check_jobs(settings: Settings) -> None:
         raise ValueError(f"jobs_path: {path} is no folder in which this user may write")
     if settings.jobs_database is not None and importlib.util.find_spec("psycopg") is None:
         raise ValueError("jobs_database: PostgreSQL needs an extra: pip install 'primfit[postgres]'")
+    if settings.jobs_executor == "ray" and importlib.util.find_spec("ray") is None:
+        raise ValueError("jobs_executor: Ray needs an extra: pip install 'primfit[ray]'")
 
 
 def _file(settings_cls: type[BaseSettings]) -> TomlConfigSettingsSource:

@@ -31,6 +31,11 @@ class Spool:
         """What all of the files match."""
         return self._directory / f"{self._prefix}*"
 
+    def clear(self) -> None:
+        """Remove what is left here of all owners."""
+        for file in self._directory.glob("primfit-*"):
+            file.unlink(missing_ok=True)
+
     def file(self) -> Any:
         """An empty file, open for writing, which goes when it is closed."""
         with room_needed():

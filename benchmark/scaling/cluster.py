@@ -3,7 +3,7 @@
 import os
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,12 @@ STORE = 100 * 2**20
 
 
 @contextmanager
-def cluster(nodes: int = 3) -> Iterator[Any]:
-    """A head that works on nothing, and so many nodes with one processor each."""
+def cluster(nodes: int = 3, head_cpus: int = 0) -> Iterator[Any]:
+    """A head that has so many processors, and nodes with one each."""
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
     from ray.cluster_utils import Cluster
 
-    head = {"num_cpus": 0, "include_dashboard": False, "object_store_memory": STORE}
+    head = {"num_cpus": head_cpus, "include_dashboard": False, "object_store_memory": STORE}
     made = Cluster(initialize_head=True, head_node_args=head)
     try:
         for _ in range(nodes):
@@ -30,15 +30,17 @@ def cluster(nodes: int = 3) -> Iterator[Any]:
 def kill_node(cluster: Any) -> None:
     """A machine that loses its power: the raylet and all workers of it are killed at once."""
     node = cluster.list_all_nodes()[-1]
-    raylet = node.all_processes["raylet"][0].process.pid
-    for process in (raylet, *_children(raylet)):
+    for process in (node.all_processes["raylet"][0].process.pid, *workers_of(node)):
         os.kill(process, signal.SIGKILL)
     cluster.remove_node(node, allow_graceful=False)
 
 
-def _children(parent: int) -> list[int]:
-    return [
-        int(stat.parent.name)
-        for stat in Path("/proc").glob("[0-9]*/stat")
-        if stat.read_text().rpartition(")")[2].split()[1] == str(parent)
-    ]
+def workers_of(node: Any) -> list[int]:
+    """The processes that a node has at work."""
+    raylet = str(node.all_processes["raylet"][0].process.pid)
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # it has ended
+            if stat.read_text().rpartition(")")[2].split()[1] == raylet:
+                found.append(int(stat.parent.name))
+    return found

@@ -56,7 +56,7 @@ async def _lines(told: list[Told], run: Any = None) -> Lines:
     opened = _opened(asked, body)
     with SPOOL.files() as scratch:
         batch = Batch(
-            "r", body, "multipart/form-data", opened, SETTINGS, scratch, run or here, Metrics(), {}, told
+            "r", body, "multipart/form-data", opened, SETTINGS, scratch, run or here, 2, Metrics(), {}, told
         )
         return [line async for line in batch.told_lines()]
 

@@ -1,5 +1,6 @@
 """Settings: which place wins, what is said about a bad one, and the page that lists them."""
 
+import importlib.util
 import re
 from pathlib import Path
 
@@ -195,3 +196,26 @@ def test_a_file_of_keys_without_any_does_not_open_the_door(
 
 def test_the_page_is_the_one_of_the_code() -> None:
     assert PAGE.read_text() == page(), "refresh it: primfit settings --markdown > docs/settings.md"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('jobs_address = "10.0.0.1:6379"', "jobs_address: .* jobs_executor must be ray"),
+        ('jobs_executor = "ray"', "jobs_executor: jobs_path is needed, too"),
+        ('jobs_executor = "dask"', "jobs_executor: input should be 'local' or 'ray'"),
+    ],
+)
+def test_a_cluster_for_jobs_needs_jobs_and_an_address_a_cluster(file: Path, text: str, said: str) -> None:
+    file.write_text(text)
+    with pytest.raises(SettingsError, match=said):
+        load()
+
+
+@pytest.mark.skipif(importlib.util.find_spec("ray") is not None, reason="Ray is installed")
+def test_a_cluster_for_jobs_needs_an_extra(file: Path, tmp_path: Path) -> None:
+    file.write_text(f'jobs_executor = "ray"\njobs_path = "{tmp_path}"')
+    with pytest.raises(
+        SettingsError, match=r"jobs_executor: Ray needs an extra: pip install 'primfit\[ray\]'"
+    ):
+        load()
