@@ -37,7 +37,10 @@ FOLDER = "_primfit"
 
 PATTERN = "part-*.parquet"
 SAVED_EVERY = 5.0
-"""Seconds from one writing of the manifest to the next."""
+"""Seconds from one writing of the manifest to the next, at least."""
+
+SAVING = 0.05
+"""Share of its time that the driver spends on the manifest at most: it is written whole, and becomes long."""
 
 _SORTED = orjson.OPT_SORT_KEYS | orjson.OPT_INDENT_2
 
@@ -107,6 +110,7 @@ class Run:
     done: dict[int, Part]
     _lock: BinaryIO
     _saved: float = field(default_factory=monotonic)
+    _pause: float = field(default_factory=lambda: SAVED_EVERY)
 
     @classmethod
     def begin(
@@ -180,17 +184,19 @@ class Run:
                     yield Task(number, tuple(map(Ref.from_plain, refs)))
 
     def finished(self, task: Task, part: Part) -> None:
-        """A part is written; the manifest is told every few seconds."""
+        """A part is written; the manifest is told now and then."""
         self.done[task.number] = part
-        if monotonic() - self._saved >= SAVED_EVERY:
+        if monotonic() - self._saved >= self._pause:
             self.save()
 
     def save(self) -> None:
         """Write the manifest; raises `OSError`."""
+        begun = monotonic()
         complete = len(self.done) == self.plan.tasks
         content = _written(self.identity, self.plan, self.done, complete)
         places.write_whole(str(self.out / FOLDER / "manifest.json"), content)
         self._saved = monotonic()
+        self._pause = max(SAVED_EVERY, (self._saved - begun) / SAVING)
 
     def end(self) -> None:
         """Write the manifest for the last time; of a complete run what was only needed on the way goes."""

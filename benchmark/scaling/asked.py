@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import orjson
 
-from primfit.app.bulk.parts import FOLDER, SAVED_EVERY, Part, Run, Writer, part_file, part_files
+from primfit.app.bulk.parts import FOLDER, SAVED_EVERY, SAVING, Part, Run, Writer, part_file, part_files
 from primfit.app.bulk.refs import Ref
 from primfit.app.bulk.run import row_of
 from primfit.app.bulk.sources import references
@@ -155,6 +155,7 @@ __all__: Sequence[str] = (
     "AHEAD",
     "FOLDER",
     "SAVED_EVERY",
+    "SAVING",
     "cut",
     "detection_seconds",
     "driver_seconds",

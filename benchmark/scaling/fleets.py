@@ -122,7 +122,7 @@ def knee(parameters: Parameters, tasks: Loads, found: Sequence[tuple[Question, C
     team = parameters.teams["ray"]
     task = float(np.mean(tasks.mean(parameters))) * team.slower
     segments = tasks.n_segments / len(tasks)
-    saved = f"{1e6 * parameters.saved:.1f} µs for each part in it, every {parameters.saved_every:g} s"
+    saved = f"{1e6 * parameters.saved:.1f} µs for each part in it, every {parameters.saved_every:g} s or more"
     lines = [
         f"A task of {segments:.0f} segments takes {task:.1f} s of a core. The driver takes "
         f"{1e3 * team.per_task:.1f} ms for it: it can hand out {1 / team.per_task:,.0f} tasks a second, "

@@ -45,7 +45,8 @@ class Parameters:
     per_part : of the worker, to write a part
     start, planned : of the driver, before the plan, and for each segment of the plan
     saved : of the driver, each time that it writes the manifest, for each part in it
-    saved_every : from one writing of the manifest to the next
+    saved_every, saving : from one writing of the manifest to the next, at least; and the share of the time
+        that the driver writes it in, at most
     ahead : tasks handed out or kept back for their turn, for each worker, at most
     detected : from the loss of a machine to the error that tells of it
     point_bytes, row_bytes : read for a point, and written for a segment
@@ -63,6 +64,7 @@ class Parameters:
     planned: float
     saved: float
     saved_every: float
+    saving: float
     ahead: int
     detected: float
     point_bytes: float

@@ -58,6 +58,7 @@ def measured(records: Sequence[RunRecord], folder: Path) -> Parameters:
         planned=planned,
         saved=app.saving_seconds(SAVED),
         saved_every=app.SAVED_EVERY,
+        saving=app.SAVING,
         ahead=app.AHEAD,
         detected=detected,
         point_bytes=24.0,

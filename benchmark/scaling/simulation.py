@@ -73,6 +73,7 @@ class _Driver:
         self._env, self._parameters, self._workers = env, parameters, workers
         self._team = parameters.teams[executor]
         self._n_done, self._saved, self.busy = 0, 0.0, 0.0
+        self._pause = parameters.saved_every
 
     def run(self, planned: float, tasks: Iterable[_Task]) -> Process:
         yield self._env.timeout(planned + self._team.start)
@@ -109,9 +110,13 @@ class _Driver:
             lost.append(task)
             return
         self._n_done += 1
-        if self._parameters.saved and self._env.now - self._saved >= self._parameters.saved_every:
-            yield self._for(self._parameters.saved * self._n_done)
-            self._saved = self._env.now
+        if self._parameters.saved and self._env.now - self._saved >= self._pause:
+            taken = self._parameters.saved * self._n_done
+            yield self._for(taken)
+            self._saved, self._pause = self._env.now, self._pause_after(taken)
+
+    def _pause_after(self, taken: float) -> float:
+        return max(self._parameters.saved_every, taken / self._parameters.saving)
 
     def _for(self, seconds: float) -> simpy.Event:
         self.busy += seconds

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from primfit.app.bulk import parts
 from primfit.app.bulk.parts import OtherRunError, Part, Run, part_file, part_files, progress_of
 from primfit.app.bulk.rows import problem_row
 from primfit.app.bulk.tasks import Task
@@ -188,6 +189,25 @@ def test_a_plan_that_breaks_off_leaves_no_plan(tmp_path: Path) -> None:
         Run.begin(tmp_path, INPUTS, OPTIONS, broken)
     assert not (tmp_path / "_primfit" / "plan.jsonl").exists()
     assert finish(begun(tmp_path)) == [0, 1, 2, 3]
+
+
+def test_a_manifest_that_takes_long_is_written_more_seldom(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "_primfit" / "manifest.json"
+    run = begun(tmp_path)
+    times = iter([100.0, 102.0])  # of the beginning and the end of a writing
+    monkeypatch.setattr(parts, "monotonic", lambda: next(times))
+    run.save()
+    before, [first, second, *_] = file.read_bytes(), run.due()
+    times = iter([102.0 + 2.0 / parts.SAVING - 0.1])
+    do(run, first)
+    assert file.read_bytes() == before
+    times = iter([102.0 + 2.0 / parts.SAVING] * 3)
+    do(run, second)
+    assert len(json.loads(file.read_bytes())["parts"]) == 2
+    monkeypatch.undo()
+    run.end()
 
 
 def test_parts_are_in_the_order_of_their_tasks(tmp_path: Path) -> None:

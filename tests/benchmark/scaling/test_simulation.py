@@ -25,6 +25,7 @@ PLAIN = Parameters(
     planned=0.0,
     saved=0.0,
     saved_every=5.0,
+    saving=1.0,
     ahead=3,
     detected=0.0,
     point_bytes=0.0,
@@ -83,6 +84,8 @@ def test_the_manifest_costs_more_the_longer_it_is():
     course = simulate(saving, "ray", Fleet(1), same(100))
     # Written about every five tasks: 0.01 s for each of 5, 10, 15 ... parts.
     assert course.driver == pytest.approx(0.01 * sum(range(5, 100, 5)), rel=0.25)
+    seldom = simulate(replace(saving, saving=0.05), "ray", Fleet(1), same(1000))
+    assert 0.02 * seldom.wall < seldom.driver < 0.06 * seldom.wall
 
 
 def test_a_slow_storage_is_what_all_wait_for():
