@@ -139,11 +139,11 @@ def _correlation(
     pi L^2.
     """
     excess = found.apart_white**2 / variance - 1.0
-    fields = float(weights[1:-1].sum())
-    if fields + (weights[-1] if excess > 0.0 else 0.0) <= 0.5:
+    fields, patches = float(weights[1:-1].sum()), float(weights[-1]) if excess > 0.0 else 0.0
+    if fields + patches <= 0.5:
         return None
     best = 1 + int(np.argmax(weights[1:-1]))
-    if weights[-1] > weights[best]:
+    if patches > weights[best]:
         others = min(excess * PATCHES / n, 1.0)
         return Correlation(float(extent * np.sqrt(others / (np.pi * PATCHES))), 1.0, 2)
     rough, smooth = found.rough_size[best] ** 2, found.smooth_size[best] ** 2

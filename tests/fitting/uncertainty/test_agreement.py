@@ -8,12 +8,13 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from primfit.benchmark.coverage import waves
-from primfit.fitting.cloud.patches import Halved
+from primfit.fitting.cloud.patches import PATCHES, Halved
+from primfit.fitting.fields.fields import Explanations
 from primfit.fitting.geometry.vectors import Array
 from primfit.fitting.recognize import recognize
 from primfit.fitting.request.config import Config
 from primfit.fitting.uncertainty import agreement
-from primfit.fitting.uncertainty.agreement import Agreement
+from primfit.fitting.uncertainty.agreement import Agreement, Correlation
 from primfit.fitting.uncertainty.covariance import Linear
 from tests.fitting.clouds import EXAMPLES, sample
 from tests.fitting.pieces import ball, sheet
@@ -153,3 +154,28 @@ def test_ripple_longer_than_a_patch_is_seen_whatever_the_unit_and_the_listing() 
     assert one is not None and other is not None
     assert (other.share, other.power) == (pytest.approx(one.share, rel=1e-6), one.power)
     assert other.length == pytest.approx(1000.0 * one.length, rel=1e-6)
+
+
+def test_patches_whose_means_vary_too_little_have_no_correlation_of_their_own() -> None:
+    """A field is likely, but none as likely as that the means agree less than independent points would."""
+    none, some = np.zeros(4), np.array([0.0, 1.0, 1.0, 1.0])
+    found = Explanations(
+        log_evidence=none,
+        white=np.ones(4),
+        rough=none,
+        rough_range=none,
+        smooth=some,
+        smooth_range=0.1 * some,
+        rough_size=none,
+        smooth_size=some,
+        apart=0.0,
+        apart_white=0.5,
+        hidden=1.0,
+        spread=np.ones(3),
+        unexplained=None,
+    )
+    weights = np.array([0.0, 0.2, 0.2, 0.2, 0.4])
+    correlation = agreement._correlation(found, weights, 1.0, 100, 1.0)
+    assert correlation == Correlation(pytest.approx(np.sqrt(2.0) * 0.1), 0.5, 2)
+    more = agreement._correlation(replace(found, apart_white=2.0), weights, 1.0, 100, 1.0)
+    assert more.length == pytest.approx(np.sqrt(1.0 / (np.pi * PATCHES))) and more.share == 1.0
