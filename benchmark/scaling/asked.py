@@ -10,6 +10,7 @@ from dataclasses import replace
 from itertools import cycle, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import orjson
 
@@ -54,6 +55,15 @@ def sent(out: Path) -> tuple[int, int]:
     writer = Writer(str(out), "0" * 64)
     there = sum(_size((writer, [task])) for task in planned(out))
     return there, sum(_size(([part], None)) for part in parts)
+
+
+def answers(out: Path) -> list[tuple[Any, ...]]:
+    """Status, kind, number of points and radius of each row of a run, in their order."""
+    import pyarrow.parquet
+
+    columns = ["status", "kind", "n_points", "radius"]
+    tables = (pyarrow.parquet.read_table(str(file), columns=columns) for file in part_files(out))
+    return [tuple(row.values()) for table in tables for row in table.to_pylist()]
 
 
 def _size(message: object) -> int:

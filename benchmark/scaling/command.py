@@ -67,6 +67,18 @@ def runs_action(options: argparse.Namespace) -> int:
     return 0
 
 
+def scan_action(options: argparse.Namespace) -> int:
+    from . import scan  # this one imports the app
+
+    chosen = scan.Scan(options.folder / f"scan-{options.n}", options.n, options.points, options.seed)
+    chosen.draw()
+    warning = busy("times mean little")
+    record = scan.measured(chosen)
+    print(f"written: {record.save(chosen.folder)}{warning}")
+    _show("scan", scan.told(record), options.write)
+    return 0 if record.answers == record.segments else WRONG
+
+
 def parameters_action(options: argparse.Namespace) -> int:
     from .parameters import measured
 
@@ -134,6 +146,7 @@ ACTIONS: dict[str, Action] = {
     "run": run_action,
     "compare": compare_action,
     "runs": runs_action,
+    "scan": scan_action,
     "parameters": parameters_action,
     "predict": predict_action,
     "verdict": verdict_action,

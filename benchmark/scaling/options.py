@@ -36,6 +36,7 @@ _HELP = {
     "run": "Run `primfit batch` once, watched; a run whose record is there is not made again.",
     "compare": "Are the parts of two runs equal byte for byte, and is each segment there once?",
     "runs": "Show all runs that are kept, and what is to be said of them.",
+    "scan": "Fit a scan with labels in random order, beside reading it and fitting its segments.",
     "parameters": "Measure the parameters of the simulation: steps alone, and runs of up to 5,000 segments.",
     "predict": "Predict a run, before it is made.",
     "verdict": "Show what became of the predictions; 1 where one was off by more than a tenth.",
@@ -74,6 +75,13 @@ def _add_compare(add: Callable[..., Any]) -> None:
     add("names", nargs=2, metavar="RUN", help="such as local-2-1000 and ray-3-1000-node-killed")
 
 
+def _add_scan(add: Callable[..., Any]) -> None:
+    add("--n", type=segments, default=20_000, metavar="N", help="segments (default: 20000)")
+    add("--points", type=int, default=2500, metavar="N", help="of each segment (default: 2500)")
+    add("--seed", type=int, default=1, metavar="S", help="of all points (default: 1)")
+    _add_write(add)
+
+
 def _add_write(add: Callable[..., Any]) -> None:
     add("--write", action="store_true", help="write the table into docs/scaling.md, too")
 
@@ -110,6 +118,7 @@ _ADD: dict[str, Callable[[Callable[..., Any]], None]] = {
     "run": _add_run,
     "compare": _add_compare,
     "runs": _add_write,
+    "scan": _add_scan,
     "parameters": _add_parameters,
     "predict": _add_predict,
     "verdict": _add_write,

@@ -2,7 +2,7 @@
 beginning of the larger ones."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -77,19 +77,25 @@ class SegmentSet:
 
 
 def _write(seed: int, file: Path) -> Path:
+    start = int(file.stem) * PER_FILE
+    drawn = [cloud.points for cloud in clouds(replace(RECIPE, seed=seed), PER_FILE, start)]
+    return write_rows(file, start, drawn)
+
+
+def write_rows(file: Path, start: int, segments: Sequence[Any]) -> Path:
+    """Write segments, with ids from `start` on, as rows of Parquet; whole or not at all."""
     import pyarrow
     import pyarrow.parquet
 
-    start = int(file.stem) * PER_FILE
-    drawn = [cloud.points for cloud in clouds(replace(RECIPE, seed=seed), PER_FILE, start)]
-    table = pyarrow.table({"id": pyarrow.array(range(start, start + PER_FILE)), "points": _lists(drawn)})
+    ids = pyarrow.array(range(start, start + len(segments)))
+    table = pyarrow.table({"id": ids, "points": _lists(segments)})
     part = file.with_suffix(f".{os.getpid()}.part")
     pyarrow.parquet.write_table(table, str(part), compression="none", use_dictionary=False)
     os.replace(part, file)
     return file
 
 
-def _lists(clouds: list[Any]) -> Any:
+def _lists(clouds: Sequence[Any]) -> Any:
     """A column of lists of points."""
     import pyarrow
 
