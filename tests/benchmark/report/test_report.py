@@ -127,7 +127,7 @@ def test_the_papers_tables_are_whole():
 
 
 def test_details_hold_every_level_and_class(data):
-    lines = list(details(data))
+    lines = list(details(data, "benchmark.md"))
     outcomes, errors = rows(lines, "A2"), rows(lines, "A2")[3:]
     assert [cells[1] for cells in outcomes] == ["**primfit**", "cgal", "open3d"] * 2
     # No position is known here; the truth's own errors stand beside MFE and Hausdorff distance.

@@ -48,5 +48,6 @@ def test_processes_below_this_one_are_watched():
             while watch.cpu("driver") < 0.1:
                 watch.look()
             process.communicate(b"\n")
-    assert watch.most("driver", "rss") > 50 and watch.most("worker", "rss") == 0 and not watch.at_work()
-    assert watch.cpu("worker") == 0.0
+    # Other tests may have left processes below this one, which are no drivers.
+    assert [each.pid for each in watch.known.values() if each.role == "driver"] == [process.pid]
+    assert watch.most("driver", "rss") > 50 and watch.cpu("driver") >= 0.1
