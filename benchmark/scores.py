@@ -87,6 +87,17 @@ def macro(per_class: Array) -> float:
     return float(defined.mean()) if len(defined) else np.nan
 
 
+def averages(counts: np.ndarray) -> dict[str, float]:
+    """Macro averages of the rates.
+
+    PPV is that of the kinds that are among the clouds: one wrong answer of a kind that is not there would
+    otherwise weigh as much as all answers of a kind that is.
+    """
+    found = rates(counts)
+    found["PPV"] = np.where(counts.sum(axis=1) > 0, found["PPV"], np.nan)
+    return {name: macro(values) for name, values in found.items()}
+
+
 @dataclass(frozen=True)
 class Spread:
     """How values are spread.

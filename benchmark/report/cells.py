@@ -8,7 +8,7 @@ from primfit.synthetic.recipes import KINDS
 
 from ..cases import Level
 from ..records import Record
-from ..scores import REJECTIONS, answered, confusion, macro, rates, share, spread
+from ..scores import REJECTIONS, answered, averages, confusion, share, spread
 from .data import OURS
 from .markdown import NOTHING, count, percent, scientific
 
@@ -49,7 +49,7 @@ def outcomes_of(records: Sequence[Record], failed: bool = False) -> list[str]:
 
 def macro_rates(records: Sequence[Record]) -> list[str]:
     """PPV, NPV, TPR, TNR, accuracy."""
-    return [rate_text(macro(values)) for values in rates(confusion(records)).values()]
+    return [rate_text(value) for value in averages(confusion(records)).values()]
 
 
 def rate_text(value: float) -> str:

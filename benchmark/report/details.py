@@ -6,7 +6,7 @@ from primfit.synthetic.recipes import KINDS
 
 from ..real import REAL
 from ..records import SAMPLED, Record
-from ..scores import ANSWERS, REJECTIONS, confusion, is_close, macro, rates, share, spread
+from ..scores import ANSWERS, REJECTIONS, averages, confusion, is_close, rates, share, spread
 from . import paper
 from .cells import five, level_name, macro_rates, measured, name_of, outcomes_of, rate_text
 from .data import Data, described
@@ -47,11 +47,12 @@ def per_class(data: Data, set_: str) -> Iterator[str]:
     yield "Rates by class:"
     yield ""
     rows = []
-    ours = {method: rates(confusion(data.of_set(set_, method))) for method in data.deciders()}
+    counts = {method: confusion(data.of_set(set_, method)) for method in data.deciders()}
+    ours = {method: (rates(own), averages(own)) for method, own in counts.items()}
     for rate, published in paper.CLASSIFICATION.items():
-        for method, found in ours.items():
+        for method, (found, average) in ours.items():
             ordered = [float(found[rate][KINDS.index(kind)]) for kind in paper.KINDS]
-            rows.append([rate, name_of(method), *map(rate_text, (*ordered, macro(found[rate])))])
+            rows.append([rate, name_of(method), *map(rate_text, (*ordered, average[rate]))])
         if set_ in SAMPLED:
             rows += [
                 [rate, f"{method} (paper)", *map(rate_text, numbers)] for method, numbers in published.items()

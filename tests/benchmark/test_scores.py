@@ -8,6 +8,7 @@ import pytest
 from primfit.benchmark.scores import (
     ANSWERS,
     among,
+    averages,
     confusion,
     is_close,
     is_exact,
@@ -57,6 +58,14 @@ def test_rates_by_hand():
     assert (found["NPV"][3], found["TNR"][3], found["ACC"][3]) == (1.0, 1.0, 1.0)
     assert macro(found["PPV"]) == pytest.approx((3 / 4 + 4 / 5) / 2)
     assert np.isnan(macro(np.array([np.nan])))
+
+
+def test_a_kind_that_is_not_there_has_no_precision():
+    """Twelve planes, one of which is called a torus."""
+    counts = np.zeros((5, 8), int)
+    counts[0, [0, KINDS.index("torus")]] = 11, 1
+    assert averages(counts)["PPV"] == 1.0 and averages(counts)["TPR"] == pytest.approx(11 / 12)
+    assert averages(counts)["TNR"] == pytest.approx((3 + 11 / 12) / 4)
 
 
 def test_quartiles_count_what_is_wrong_and_moments_do_not():

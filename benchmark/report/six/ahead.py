@@ -10,7 +10,8 @@ from primfit.synthetic.perturb import TYPES
 from ...methods import PAPER
 from ...real import REAL
 from ...records import Record
-from ...scores import EXACT, confusion, grouped, macro, rates
+from ...scores import EXACT, averages, confusion, grouped
+from ...track import TRACK
 from ..cells import median, rate_text
 from ..data import OURS, Data, common
 from ..markdown import scientific, table
@@ -20,6 +21,7 @@ SEGMENTS = "real segments"
 PLACES: dict[str, Callable[[Record], str]] = {
     tables.BESIDE: lambda record: str(record.groups.get("perturbation")),
     "sensor": lambda record: "clouds of sensors",
+    TRACK: lambda record: "clouds of the track",
     REAL: lambda record: SEGMENTS,
 }
 """The sets that are compared, and where in the set a record counts."""
@@ -79,9 +81,9 @@ def _with(data: Data, method: str, set_: str) -> Iterator[Comparison]:
 
 def _figures(records: Sequence[Record], set_: str) -> list[float]:
     """One for each of `MEASURES`, the last of which real segments do not have."""
-    found = rates(confusion(records))
+    found = averages(confusion(records))
     lengths = [] if set_ == REAL else [median(records, tables.lengths_of(set_))]
-    return [*(macro(found[rate]) for rate in RATES), *lengths]
+    return [*(found[rate] for rate in RATES), *lengths]
 
 
 WHERE = {
@@ -90,6 +92,14 @@ WHERE = {
     "perfect": "Both are perfect, so that nobody can be ahead: {}.",
 }
 """How it is said where primfit is not ahead."""
+
+
+COMPARED = (
+    "A perturbation, and each other set, is compared as a whole; its parts stand further down. Rates are "
+    "macro averages, PPV over the kinds that are there; L2 is the median, and below "
+    f"{EXACT:g} it is perfect, however many kinds are wrong."
+)
+"""What stands below the paragraph and its table."""
 
 
 def not_ahead(data: Data) -> Iterator[str]:

@@ -10,7 +10,7 @@ from primfit.synthetic.recipes import KINDS
 
 from ...real import REAL
 from ...records import Record
-from ...scores import ANSWERS, confusion, grouped, macro, rates
+from ...scores import ANSWERS, averages, confusion, grouped
 from .. import paper
 from ..data import Data, of_the_paper
 from ..pictures import Picture, clean, heatmap, make_figure
@@ -88,7 +88,7 @@ Value = Callable[[Sequence[Record]], float]
 
 
 def _macro(rate: str) -> Value:
-    return lambda records: macro(rates(confusion(records))[rate])
+    return lambda records: averages(confusion(records))[rate]
 
 
 def _mean(error: str) -> Value:

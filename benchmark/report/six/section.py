@@ -9,7 +9,7 @@ from ...track import TRACK
 from ..data import Data
 from ..markdown import commands
 from . import tables
-from .ahead import not_ahead
+from .ahead import COMPARED, not_ahead
 from .differences import differences
 from .pictures import LEAST
 
@@ -65,8 +65,8 @@ def section(data: Data) -> Iterator[str]:
     yield from not_ahead(data)
     yield ""
     yield (
-        "[benchmark-six.md](benchmark-six.md) has the figures of the methods M1 to M6 of the SHREC 2022 "
-        "paper, made again from its text, beside those of the paper and of primfit."
+        f"{COMPARED} [benchmark-six.md](benchmark-six.md) has the figures of the methods M1 to M6 of the SHREC "
+        "2022 paper, made again from its text, beside those of the paper and of primfit."
     )
 
 
@@ -77,6 +77,8 @@ def page(data: Data, drawn: Collection[str]) -> Iterator[str]:
     yield "<!-- Written by `primfit bench report`; change benchmark/report/six/, not this file. -->"
     yield ""
     yield from not_ahead(data)
+    yield ""
+    yield COMPARED
     yield ""
     yield (
         "The methods M1 to M6 of the SHREC 2022 paper, [made again from its text](paper.md), beside primfit."

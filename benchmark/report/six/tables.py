@@ -6,7 +6,7 @@ from ...cases import Level
 from ...methods import PAPER, PUBLISHED
 from ...real import REAL
 from ...records import SAMPLED, Record
-from ...scores import confusion, grouped, macro, rates
+from ...scores import averages, confusion, grouped
 from .. import beside_paper, paper
 from ..cells import five, level_name, macro_rates, median, name_of, rate_text
 from ..data import OURS, Data, median_seconds
@@ -97,7 +97,7 @@ def _count(records: Sequence[Record]) -> str:
 
 
 def _recall(records: Sequence[Record]) -> str:
-    return rate_text(macro(rates(confusion(records))["TPR"]))
+    return rate_text(averages(confusion(records))["TPR"])
 
 
 def _median_of(error: str) -> Cell:

@@ -10,6 +10,7 @@ from primfit.benchmark.records import RecordsFile
 from primfit.benchmark.report import pictures, write
 from primfit.benchmark.report.data import Data
 from primfit.benchmark.report.six import PICTURES, page, section, tables
+from primfit.benchmark.report.six.ahead import comparisons
 from primfit.benchmark.report.six.pictures import STUB, confusions, error_bars, named, rate_bars
 from primfit.benchmark.scores import confusion, macro, rates
 from primfit.fitting.names import KINDS
@@ -66,6 +67,11 @@ def test_section_and_page_say_first_where_primfit_is_not_ahead(data):
     shown = [line for line in lines if line.startswith("![")]
     assert [line.partition("benchmark-")[2] for line in shown] == [f"{name}.png)" for name in PICTURES]
     assert "primfit bench run --set shrec --n 5 --seed 1 --method primfit --method m1 --method m2" in lines
+
+
+def test_every_set_that_is_shown_is_compared(data):
+    places = {one.place for one in comparisons(data)}
+    assert places == {"A0", "clouds of the track", "clouds of sensors", "real segments"}
 
 
 def test_the_papers_figures_stand_under_each_method(data):
