@@ -65,8 +65,8 @@ def section(data: Data) -> Iterator[str]:
     yield from not_ahead(data)
     yield ""
     yield (
-        f"{COMPARED} [benchmark-six.md](benchmark-six.md) has the figures of the methods M1 to M6 of the SHREC "
-        "2022 paper, made again from its text, beside those of the paper and of primfit."
+        f"{COMPARED} [benchmark-six.md](benchmark-six.md) has the figures of the methods M1 to M6 of the "
+        "SHREC 2022 paper, made again from its text, beside those of the paper and of primfit."
     )
 
 
