@@ -60,15 +60,23 @@ def _equal(n: int, runs: Sequence[RunRecord]) -> str:
 
 
 def _overhead(n: int, runs: Sequence[RunRecord]) -> list[str]:
-    """The least time of a cluster against that of processes, where nothing was killed."""
-    walls = {
-        executor: [r.wall for r in runs if r.asked.executor == executor and r.asked.kill == "none"]
-        for executor in ("local", "ray")
-    }
-    if not all(walls.values()):
-        return []
-    over = min(walls["ray"]) / min(walls["local"]) - 1.0
-    return [f"- {n:,} segments: the cluster takes {100 * over:+.1f}%; bar: {100 * OVERHEAD:.0f}%."]
+    """The least time of a cluster against those of processes of this machine, where nothing was killed."""
+    walls: dict[str, dict[int, float]] = {"local": {}, "ray": {}}
+    for run in runs:
+        if run.asked.kill == "none":
+            mine = walls[run.asked.executor]
+            mine[run.asked.workers] = min(run.wall, mine.get(run.asked.workers, run.wall))
+    lines = []
+    for nodes, wall in sorted(walls["ray"].items()):
+        over = [
+            f"{100 * (wall / other - 1.0):+.1f}% against {workers} processes"
+            for workers, other in sorted(walls["local"].items())
+        ]
+        if over:
+            lines.append(
+                f"- {n:,} segments on {nodes} nodes: {', '.join(over)}; bar: {100 * OVERHEAD:+.0f}%."
+            )
+    return lines
 
 
 def _memory(records: Sequence[RunRecord]) -> list[str]:

@@ -48,9 +48,11 @@ def test_a_segment_that_is_missing_or_there_twice_is_told(tmp_path):
 def test_the_table_says_what_is_equal_and_what_a_cluster_takes_more(tmp_path):
     killed = replace(RAY, kill="node", at=0.5)
     found = [record(LOCAL), record(RAY, wall=22.0), record(killed, wall=30.0)]
+    three = record(replace(LOCAL, workers=3), wall=25.0)
     text = runs_table(found)
     assert "1,000 segments: 3 runs, all parts equal byte for byte, every segment exactly once." in text
-    assert "the cluster takes +10.0%; bar: 15%." in text
+    assert "1,000 segments on 3 nodes: +10.0% against 2 processes; bar: +15%." in text
+    assert "+10.0% against 2 processes, -12.0% against 3 processes; bar" in runs_table([*found, three])
     text = runs_table([*found[:2], record(killed, digest="cd", missing=1)])
     assert "parts that DIFFER, NOT every segment once" in text
     grown = record(replace(LOCAL, n=5000))
