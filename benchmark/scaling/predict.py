@@ -81,7 +81,7 @@ def verdict(prediction: Prediction, record: RunRecord) -> tuple[bool, str]:
         prediction.date if before else f"{prediction.date}, not before the run",
         f"{prediction.wall:.0f} s ({prediction.low:.0f} to {prediction.high:.0f})",
         f"{record.wall:.0f} s",
-        f"{100 * miss:+.1f}%",
+        f"{100 * miss:+.1f}%" if abs(miss) <= BAR else f"**{100 * miss:+.2f}%**",
     ]
     return right, f"| {' | '.join(cells)} |"
 

@@ -174,13 +174,14 @@ def _batch(inputs: list[str], out: Path) -> tuple[float, float]:
 
 
 def told(record: ScanRecord) -> str:
-    """The figures, for people."""
+    """The figures, for people: a list in Markdown."""
     return "\n".join(
         [
-            f"{record.points:,} points of {record.segments:,} segments in random order",
-            f"  reading {record.read} s, fitting {record.fit} s, the scan {record.whole} s: "
-            f"{record.ratio:.2f} times both",
-            f"  most memory of a process {record.memory:.0f} MiB, resident",
-            f"  same answers: {record.answers:,} of {record.segments:,}",
+            f"{record.points:,} points of {record.segments:,} segments in random order:",
+            "",
+            f"- Reading takes {record.read} s, fitting {record.fit} s, the scan {record.whole} s: "
+            f"{record.ratio:.2f} times both.",
+            f"- A process has {record.memory:.0f} MiB of memory at most, resident.",
+            f"- {record.answers:,} of {record.segments:,} answers are the same.",
         ]
     )

@@ -31,12 +31,17 @@ def _row(record: RunRecord) -> str:
         f"{record.wall:.1f} s",
         f"{1e3 * record.worker_cpu / record.asked.n:.1f} ms",
         f"{record.driver_cpu:.1f} s, {record.ray_cpu:.1f} s",
-        f"{memory.driver_pss:.0f} ({memory.driver_rss:.0f}), "
-        f"{memory.worker_pss:.0f} ({memory.worker_rss:.0f})",
+        f"{_own(memory.driver_pss)} ({memory.driver_rss:.0f}), "
+        f"{_own(memory.worker_pss)} ({memory.worker_rss:.0f})",
         f"{record.sent // n_tasks:,}, {record.answered // n_tasks:,}",
         f"{record.rows:,}, {record.missing:,}, {record.twice + record.lost:,}",
     ]
     return f"| {' | '.join(cells)} |"
+
+
+def _own(mebibytes: float) -> str:
+    """Own memory; a process that ended before it was asked for has none."""
+    return f"{mebibytes:.0f}" if mebibytes else "–"
 
 
 def _said(records: Sequence[RunRecord]) -> list[str]:
@@ -83,7 +88,8 @@ def _memory(records: Sequence[RunRecord]) -> list[str]:
     """How memory grows from the smallest to the largest run of each executor."""
     lines = []
     for executor in ("local", "ray"):
-        mine = sorted((r for r in records if r.asked.executor == executor), key=lambda r: r.asked.n)
+        asked = [r for r in records if r.asked.executor == executor and r.memory.worker_pss]
+        mine = sorted(asked, key=lambda r: r.asked.n)
         if len({r.asked.n for r in mine}) < 2:
             continue
         few, many = mine[0], mine[-1]
