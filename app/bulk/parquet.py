@@ -82,13 +82,14 @@ def _referred(file: str, place: str, table: Any, names: Sequence[str]) -> Iterat
             if not path:
                 raise UnreadableFileError("path", "a row of references has no path")
             target = path if places.is_remote(path) or path.startswith("/") else places.joined(folder, path)
-            id = segment_id(file, row.get(_ID, path))
-            yield Ref(id, path, row.get(_LABEL), places.about_points(_size(target)), target)
-
-
-def _size(place: str) -> int | None:
-    """The bytes of a cloud; it is not worth a request to a server to know them."""
-    return None if places.is_remote(place) or not places.exists(place) else places.size(place)
+            id, n_bytes, problem = segment_id(file, row.get(_ID, path)), None, None
+            try:
+                # It is not worth a request to a server to know the bytes of a cloud.
+                n_bytes = None if places.is_remote(target) else places.size(target)
+            except OSError as error:
+                problem = ("file", error.strerror or str(error), False)
+            n_points = places.about_points(n_bytes)
+            yield Ref(id, path, row.get(_LABEL), n_points, target, problem=problem)
 
 
 def _segments(file: str, place: str, table: Any, schema: Any) -> Iterator[Ref]:

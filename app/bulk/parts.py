@@ -6,13 +6,16 @@ Nothing here depends on times, machines or the number of workers: the same run e
 """
 
 import os
+import re
 import shutil
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
+from errno import ENOENT
 from hashlib import sha256
 from pathlib import Path
+from socket import gethostname
 from time import monotonic
 from typing import Any, BinaryIO, Self
 
@@ -36,6 +39,7 @@ FOLDER = "_primfit"
 """Beside the parts; readers of Parquet leave names out that begin so."""
 
 PATTERN = "part-*.parquet"
+_NUMBERED = re.compile(r"part-\d{6,}\.parquet")
 SAVED_EVERY = 5.0
 """Seconds from one writing of the manifest to the next, at least."""
 
@@ -87,6 +91,8 @@ class Writer:
 
     def write(self, task: Task, rows: Sequence[Row]) -> Part:
         """The rows of the segments of a task, in their order, as its part; raises `OSError`."""
+        if not (Path(self.out) / FOLDER).is_dir():
+            raise OSError(ENOENT, f"machine {gethostname()} does not see the folder of the run", self.out)
         points = sum(ref.n_points for ref in task.refs)
         content = written(rows, {"run": self.run, "task": task.number, "points": points})
         places.write_whole(str(part_file(Path(self.out), task.number)), content)
@@ -184,7 +190,20 @@ class Run:
                     yield Task(number, tuple(map(Ref.from_plain, refs)))
 
     def finished(self, task: Task, part: Part) -> None:
-        """A part is written; the manifest is told now and then."""
+        """A part is written; the manifest is told now and then.
+
+        Raises `OSError` where it is not here: then it was written by a machine that has another folder of
+        this name.
+        """
+        file = part_file(self.out, task.number)
+        try:
+            with file.open("rb") as stream:  # a network file system is asked again when a file is opened
+                there = os.fstat(stream.fileno()).st_size
+        except FileNotFoundError:
+            there = None
+        if there != part.bytes:
+            why = "a worker has written it, but it is not here: all machines need the same folder"
+            raise OSError(ENOENT, why, str(file))
         self.done[task.number] = part
         if monotonic() - self._saved >= self._pause:
             self.save()
@@ -216,7 +235,7 @@ def part_file(out: Path, number: int) -> Path:
 
 def part_files(out: Path) -> list[Path]:
     """All parts there are, in the order of their tasks."""
-    return sorted(out.glob(PATTERN), key=_number)
+    return sorted((file for file in out.glob(PATTERN) if _NUMBERED.fullmatch(file.name)), key=_number)
 
 
 def progress_of(out: Path) -> tuple[int, int] | None:

@@ -139,16 +139,17 @@ def _info(place: str) -> Entry | None:
         return None
 
 
-def names(folder: str) -> Iterator[Entry]:
-    """What a folder holds, by name; a link to a folder is none, so that no search goes round in circles."""
-    entries = _listed(folder) if is_remote(folder) else _scanned(folder)
+def names(folder: str, links: bool = False) -> Iterator[Entry]:
+    """What a folder holds, by name; a link to a folder is one where `links` says so, else nothing: a search
+    of any depth would go round in circles."""
+    entries = _listed(folder) if is_remote(folder) else _scanned(folder, links)
     yield from sorted(entries, key=lambda entry: entry[:2])
 
 
-def _scanned(folder: str) -> Iterator[Entry]:
+def _scanned(folder: str, links: bool) -> Iterator[Entry]:
     with os.scandir(folder) as entries:
         for entry in entries:
-            if entry.is_dir(follow_symlinks=False):
+            if entry.is_dir(follow_symlinks=links):
                 yield Entry(entry.name, True, None)
             elif entry.is_file():
                 yield Entry(entry.name, False, entry.stat().st_size)

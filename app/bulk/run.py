@@ -6,9 +6,12 @@ blame. If that is lost, too, its segments are fitted one by one in a process apa
 process twice becomes a row with its problem, and the others keep their answers.
 """
 
+import errno
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from socket import gethostname
 from typing import Any
 
 from primfit.fitting.errors import InvalidOptionError, InvalidPointCloudError
@@ -17,7 +20,7 @@ from ..engine.answer import answered
 from ..engine.executors import AnyTeam
 from ..engine.team import LostWorkerError, Outcome, Team
 from ..readers import UnreadableFileError
-from . import places
+from . import grouping, places
 from .parts import Part, Run, Writer
 from .refs import Ref, cloud_at
 from .rows import Row, answered_row, problem_row
@@ -70,18 +73,20 @@ def _round(
     run: Run, team: AnyTeam, options: Mapping[str, Any], tasks: Iterable[Task], told: Told
 ) -> list[Task]:
     """Give these tasks to the team; returns those that were lost."""
-    work = partial(_done, run.writer, options)
-    asked: Iterator[Outcome[tuple[Task, Part | None]]] = (
+    work = partial(_done, run.writer, options, team.here)
+    asked: Iterator[Outcome[tuple[Task, Part | None, bool]]] = (
         _Given(task, team.submit(work, [task])) for task in tasks
     )
     lost: list[Task] = []
     in_a_row = 0
-    for task, part in team.in_order(asked):
+    for task, part, process_lost in team.in_order(asked):
         if part is not None:
             _finish(run, task, part, told)
+        else:
+            lost.append(task)
+        if not process_lost:
             in_a_row = 0
             continue
-        lost.append(task)
         in_a_row += 1
         if in_a_row > MOST_LOST * max(10, team.size):
             raise LostTaskError(f"{in_a_row} tasks in a row lost their process; is there enough memory?")
@@ -95,30 +100,48 @@ def _finish(run: Run, task: Task, part: Part, told: Told) -> None:
 
 @dataclass(frozen=True)
 class _Given:
-    """A task that the team has, with its part or, where its process was lost, None."""
+    """A task that the team has, with its part, or None and whether that is because its process was lost."""
 
     task: Task
     outcome: Outcome[Part]
 
-    def results(self) -> list[tuple[Task, Part | None]]:
+    def results(self) -> list[tuple[Task, Part | None, bool]]:
         try:
-            return [(self.task, part) for part in self.outcome.results()]
+            return [(self.task, part, False) for part in self.outcome.results()]
         except LostWorkerError:
-            return [(self.task, None)]
+            return [(self.task, None, True)]
+        except MissingHereError as missing:
+            if os.access(missing.place, os.R_OK):
+                why = f"machine {missing.machine} of the cluster does not find it: {missing.why}"
+                raise OSError(errno.ENOENT, why, missing.place) from None
+            return [(self.task, None, False)]
 
 
-def _done(writer: Writer, options: Mapping[str, Any], task: Task) -> Part:
+class MissingHereError(RuntimeError):
+    """A file is not on this machine of a cluster; it may be on the one that the run was started on."""
+
+    def __init__(self, place: str, why: str, machine: str) -> None:
+        super().__init__(place, why, machine)
+        self.place, self.why, self.machine = place, why, machine
+
+
+def _done(writer: Writer, options: Mapping[str, Any], here: bool, task: Task) -> Part:
     """Do a task, in a process of the team."""
-    return writer.write(task, [row_of(options, ref) for ref in task.refs])
+    return writer.write(task, [row_of(options, ref, here) for ref in task.refs])
 
 
-def row_of(options: Mapping[str, Any], ref: Ref) -> Row:
+def row_of(options: Mapping[str, Any], ref: Ref, here: bool = True) -> Row:
     """The row of a segment: its answer, or what is wrong with it.
+
+    `here` says that this is the machine that the run was started on. What another one does not find is no
+    problem of the segment.
 
     Raises
     ------
     LostWorkerError
         There is not enough memory, which is so on this machine only.
+    MissingHereError
+        Its file is not on this machine.
     OSError
         What is stored for it, or lies on another machine, cannot be read for now.
     """
@@ -128,9 +151,13 @@ def row_of(options: Mapping[str, Any], ref: Ref) -> Row:
     except MemoryError:
         raise LostWorkerError("there is not enough memory") from None
     except OSError as error:
-        if ref.store is not None or (places.is_remote(ref.file) and not isinstance(error, _OF_THE_FILE)):
+        place, why = ref.store or ref.file, error.strerror or str(error)
+        own = (FileNotFoundError, IsADirectoryError) if places.is_remote(place) else _OF_THE_FILE
+        if grouping.is_store(place) or not isinstance(error, own):
             raise
-        return problem_row(ref, error.strerror or str(error))
+        if not (here or places.is_remote(place)):
+            raise MissingHereError(place, why, gethostname()) from None
+        return problem_row(ref, why)
     except UnreadableFileError as error:
         return problem_row(ref, f"{error.field}: {error.message}")
     except (InvalidPointCloudError, InvalidOptionError) as error:
@@ -140,6 +167,7 @@ def row_of(options: Mapping[str, Any], ref: Ref) -> Row:
 
 
 _OF_THE_FILE = (FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError)
+"""What may be wrong with a file itself. Of a server it is not that access is denied: credentials expire."""
 
 
 class _Care:

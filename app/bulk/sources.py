@@ -10,8 +10,9 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from hashlib import sha256
-from itertools import chain
+from itertools import accumulate, chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -25,6 +26,7 @@ from ..readers.formats import PACKED, SUFFIXES
 from ..readers.las import las_pieces
 from ..readers.ply import ply_pieces
 from . import grouping, parquet, places
+from .parts import FOLDER
 from .refs import Ref, file_id, segment_id
 from .repeated import repeated
 
@@ -69,6 +71,12 @@ def references(
     counted: Counter[str] = Counter() if others is None else others
     for file, n_bytes in _files(inputs, wide, counted):
         yield from _segments(file, n_bytes, labels, columns, _absolute(scratch))
+
+
+def stands_on(inputs: Sequence[str]) -> str | None:
+    """The folder that relative names of inputs are of; None where none is. Raises `OSError`."""
+    names = chain((name.removeprefix(_LIST) for name in inputs), _names(inputs))
+    return None if all(places.is_remote(name) or os.path.isabs(name) for name in names) else os.getcwd()
 
 
 def _names(inputs: Sequence[str]) -> Iterator[str]:
@@ -129,7 +137,10 @@ class _Wide:
     def covers(self, file: str) -> bool:
         """Whether this file would be found here."""
         folder, name = _absolute(self.folder).rstrip("/") + "/", _absolute(file)
-        return name.startswith(folder) and self.takes(name[len(folder) :].split("/"))
+        if not name.startswith(folder):
+            return False
+        way = name[len(folder) :].split("/")
+        return self.takes(way) and not (self._any_depth and _through_link(folder, tuple(way[:-1])))
 
     def takes(self, parts: Sequence[str]) -> bool:
         """Whether a file of this way from the folder on is meant."""
@@ -139,10 +150,18 @@ class _Wide:
         """The files that are meant, and their bytes; those of a folder by their names, and so on inwards."""
         yield from self._within(self.folder, (), others)
 
+    @property
+    def _any_depth(self) -> bool:
+        """Whether folders are searched however deep they are; links are not followed there."""
+        return self.pattern is None or "**" in self.pattern
+
     def _within(
         self, folder: str, way: tuple[str, ...], others: Counter[str]
     ) -> Iterator[tuple[str, int | None]]:
-        for name, is_folder, n_bytes in places.names(folder or "."):
+        entries = list(places.names(folder or ".", links=not self._any_depth))
+        if any(entry.name == FOLDER for entry in entries):
+            return  # the answers of a run
+        for name, is_folder, n_bytes in entries:
             inner, place = (*way, name), places.joined(folder, name)
             if is_folder:
                 if self._reaches(len(inner)):
@@ -154,7 +173,16 @@ class _Wide:
 
     def _reaches(self, depth: int) -> bool:
         """Whether something may be meant so many folders below."""
-        return self.pattern is None or "**" in self.pattern or depth < len(self.pattern)
+        return self._any_depth or (self.pattern is not None and depth < len(self.pattern))
+
+
+@lru_cache(maxsize=1024)
+def _through_link(folder: str, way: tuple[str, ...]) -> bool:
+    """Whether one of the folders on the way inwards is a link."""
+    if places.is_remote(folder):
+        return False
+    inner = accumulate(way, places.joined, initial=folder)
+    return any(os.path.islink(each) for each in list(inner)[1:])
 
 
 def _matches(parts: Sequence[str], pattern: Sequence[str]) -> bool:
@@ -227,6 +255,9 @@ def _segments(
 ) -> Iterator[Ref]:
     """The segments of a file, or the file as one; what is wrong with it is said by its one reference."""
     whole = Ref(file_id(file), file, None, places.about_points(n_bytes), _store_of(file))
+    if n_bytes is None and not places.is_remote(file):
+        yield _missing(whole)
+        return
     try:
         if parquet.is_parquet(file):
             found = _parquet(file, labels, columns, scratch)
@@ -239,6 +270,15 @@ def _segments(
         yield _with_problem(whole, error.field, error.message, error.no_cloud)
     except InvalidPointCloudError as error:
         yield _with_problem(whole, "labels", str(error), False)
+
+
+def _missing(whole: Ref) -> Ref:
+    """A file whose size nobody knows, with the reason."""
+    try:
+        os.stat(whole.file)
+    except OSError as error:
+        return _with_problem(whole, "file", error.strerror or str(error), False)
+    return whole
 
 
 def _with_problem(whole: Ref, field: str, message: str, no_cloud: bool) -> Ref:

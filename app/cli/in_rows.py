@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from ..bulk.parts import Part, Run
 from ..bulk.rows import PROBLEM, schema
 from ..bulk.run import run
-from ..bulk.sources import references
+from ..bulk.sources import references, stands_on
 from ..bulk.tasks import Task, seconds, tasks
 from ..engine.executors import AnyTeam
 from .status import BAD_INPUT, EXIT, complain
@@ -49,7 +49,7 @@ def answer_in_rows(
     schema()  # without pyarrow nothing is begun
     others: Counter[str] = Counter()
     columns = options.get("columns")
-    asked = {"inputs": list(inputs), "labels": labels, "columns": columns}
+    asked = {"inputs": list(inputs), "folder": stands_on(inputs), "labels": labels, "columns": columns}
     # Other machines, too, find the folder by its whole name.
     begun = Run.begin(
         out.absolute(),

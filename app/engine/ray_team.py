@@ -60,6 +60,9 @@ class RayTeam:
     warm : processes begin with everything loaded; not worth it where others than these fit
     """
 
+    here = False
+    """Whether its processes are on this machine, and have its files."""
+
     def __init__(self, workers: int | None = None, address: str | None = None, warm: bool = True) -> None:
         self._ray = _ray()
         self._workers, self._address, self._warm = workers, address, warm
@@ -175,7 +178,7 @@ def _ray() -> Any:
 
 def _join(ray: Any, address: str | None) -> None:
     """Raises `ClusterError`."""
-    _check_reachable(address)
+    _check_reachable(address or os.environ.get("RAY_ADDRESS"))
     try:
         ray.init(address=address, include_dashboard=False, log_to_driver=False, logging_level="error")
     except (ConnectionError, OSError, RuntimeError, ValueError, ray.exceptions.RayError) as error:

@@ -120,6 +120,9 @@ class Team:
     if that takes no longer than `PATIENCE`.
     """
 
+    here = True
+    """Whether its processes are on this machine, and have its files."""
+
     def __init__(self, size: int, apart: bool = False) -> None:
         self.size = max(1, size)
         self._apart = apart or self.size > 1

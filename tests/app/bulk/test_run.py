@@ -1,16 +1,20 @@
 """The work of a run: the same parts whoever does it, and processes that are killed at it."""
 
+import errno
 import json
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from primfit.app.bulk import places
 from primfit.app.bulk.parts import Run, part_files
 from primfit.app.bulk.refs import Ref
-from primfit.app.bulk.run import POISON, LostTaskError, run
+from primfit.app.bulk.rows import problem_row
+from primfit.app.bulk.run import POISON, LostTaskError, row_of, run
 from primfit.app.bulk.tasks import Task
 from primfit.app.engine.team import Team
 from primfit.fitting.primitives.sphere import Sphere
@@ -92,6 +96,71 @@ def test_what_is_finished_is_not_done_again(clouds: Path, tmp_path: Path) -> Non
     assert done(clouds, tmp_path / "again", Team(1)) == [2]
     assert (tmp_path / "again" / "part-000001.parquet").stat().st_mtime_ns == before.st_mtime_ns
     assert parts(tmp_path / "again") == parts(tmp_path / "whole")
+
+
+def test_a_part_that_is_not_here_is_not_finished(clouds: Path, tmp_path: Path) -> None:
+    begun = Run.begin(tmp_path / "out", {}, {}, lambda _: planned(clouds))
+    try:
+        task = next(begun.due())
+        part = begun.writer.write(task, [problem_row(ref, "") for ref in task.refs])
+        [file] = part_files(tmp_path / "out")
+        file.unlink()
+        with pytest.raises(OSError, match="all machines need the same folder"):
+            begun.finished(task, part)
+        elsewhere = replace(begun.writer, out=str(tmp_path / "none"))
+        with pytest.raises(OSError, match="does not see the folder"):
+            elsewhere.write(task, [])
+        assert not begun.done and not (tmp_path / "none").exists()
+    finally:
+        begun.end()
+
+
+class Elsewhere(Team):
+    """A team whose processes are on another machine: the files that it does not have are hidden."""
+
+    here = False
+
+
+def test_what_another_machine_does_not_find_is_no_problem_of_the_segment(
+    clouds: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done(clouds, tmp_path / "whole", Team(1))
+    # The file that is gone is gone here, too: its row is the same.
+    assert sorted(done(clouds, tmp_path / "cluster", Elsewhere(1))) == [0, 1, 2, 3]
+    assert parts(tmp_path / "cluster") == parts(tmp_path / "whole")
+    hidden = str(clouds / "07.csv")
+    read = places.read_bytes
+
+    def without(place: str) -> bytes:
+        if place == hidden:
+            raise FileNotFoundError(errno.ENOENT, "No such file or directory", place)
+        return read(place)
+
+    monkeypatch.setattr(places, "read_bytes", without)
+    with pytest.raises(OSError, match=r"of the cluster does not find it.*07\.csv"):
+        done(clouds, tmp_path / "blind", Elsewhere(1))
+
+
+@pytest.mark.parametrize(
+    ("error", "status"),
+    [
+        (FileNotFoundError(2, "No such file or directory"), "problem"),
+        (PermissionError(13, "ExpiredToken"), None),
+    ],
+)
+def test_an_object_that_is_missing_is_a_row_and_a_denied_one_ends_the_run(
+    error: OSError, status: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(place: str) -> bytes:
+        raise error
+
+    monkeypatch.setattr(places, "read_bytes", failing)
+    ref = Ref("a", "s3://bucket/a.csv", None, 100)
+    if status is None:
+        with pytest.raises(PermissionError):
+            row_of({}, ref)
+    else:
+        assert row_of({}, ref)["status"] == status
 
 
 @fifos

@@ -15,7 +15,7 @@ import pytest
 from primfit.app.bulk import grouping
 from primfit.app.bulk.refs import Ref, cloud_at
 from primfit.app.bulk.repeated import repeated
-from primfit.app.bulk.sources import GivenTwiceError, references
+from primfit.app.bulk.sources import GivenTwiceError, references, stands_on
 from primfit.app.engine.cut import cut
 from primfit.app.readers import Cloud, Pick, UnreadableFileError, read_file
 
@@ -63,7 +63,29 @@ def test_folders_are_searched_inwards_by_name(here: Path) -> None:
 def test_a_link_to_a_folder_is_not_followed(here: Path) -> None:
     write("scans/a.csv")
     os.symlink("..", "scans/up")
+    assert ids("scans") == ids("scans/**/*.csv") == ["scans/a.csv"]
+
+
+def test_what_is_reached_through_a_link_is_not_left_out(here: Path) -> None:
+    write("scans/a.csv", "real/b.csv")
+    os.symlink("../real", "scans/two")
+    both = ["scans/a.csv", "scans/two/b.csv"]
+    assert ids("scans", "scans/two") == ids("scans", "scans/two/b.csv") == both
+    assert ids("scans/**/*.csv", "scans/two/b.csv") == both
+    assert ids("scans/*/*.csv") == both[1:] == ids("scans/*/*.csv", "scans/two/b.csv")
+
+
+def test_answers_of_a_run_are_no_inputs(here: Path) -> None:
+    write("scans/a.csv", "scans/answers/part-000000.parquet", "scans/answers/_primfit/manifest.json")
     assert ids("scans") == ["scans/a.csv"]
+
+
+def test_relative_names_are_those_of_a_folder(here: Path) -> None:
+    write("a.csv")
+    Path("list.txt").write_text("a.csv\n")
+    whole = str(here / "a.csv")
+    assert stands_on([whole, "s3://bucket/a.csv"]) is None
+    assert stands_on([whole, "a.csv"]) == stands_on([f"@{Path('list.txt').absolute()}"]) == os.getcwd()
 
 
 @pytest.mark.parametrize(
@@ -264,7 +286,7 @@ def test_references_come_before_all_are_known(here: Path) -> None:
     stream = references(["@list.txt"], None, None, "../scratch")
     assert next(stream).id == "one.csv"
     missing = next(stream)
-    with pytest.raises(FileNotFoundError, match=r"such\.csv"):
+    with pytest.raises(UnreadableFileError, match="No such file"):
         cloud_at(missing, {})
 
 
