@@ -75,6 +75,7 @@ def segment_seconds(out: Path) -> tuple[list[tuple[int, float]], list[float]]:
     takes to write each part."""
     segments, parts = list[tuple[int, float]](), list[float]()
     with TemporaryDirectory() as folder:
+        (Path(folder) / FOLDER).mkdir()  # as in the folder of a run
         writer = Writer(folder, "0" * 64)
         for task in planned(out):
             if not segments:
