@@ -117,7 +117,7 @@ class ScanRecord:
     fit : seconds of `primfit batch` on the segments as Parquet
     whole : seconds of `primfit batch` on the scan
     memory : MiB, the most that any process of the latter had, resident
-    answers : segments of which both have the same answer
+    answers : segments of which both have the same status, kind, number of points and radius
     """
 
     segments: int
@@ -182,6 +182,6 @@ def told(record: ScanRecord) -> str:
             f"- Reading takes {record.read} s, fitting {record.fit} s, the scan {record.whole} s: "
             f"{record.ratio:.2f} times both.",
             f"- A process has {record.memory:.0f} MiB of memory at most, resident.",
-            f"- {record.answers:,} of {record.segments:,} answers are the same.",
+            f"- {record.answers:,} of {record.segments:,} answers agree in status, kind, points and radius.",
         ]
     )

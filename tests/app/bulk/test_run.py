@@ -116,7 +116,7 @@ def test_a_part_that_is_not_here_is_not_finished(clouds: Path, tmp_path: Path) -
 
 
 class Elsewhere(Team):
-    """A team whose processes are on another machine: the files that it does not have are hidden."""
+    """A team that is taken for one on other machines."""
 
     here = False
 
